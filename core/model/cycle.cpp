@@ -1,0 +1,199 @@
+#include "core/model/cycle.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/mechanics.hpp"
+#include "core/model/metabolism.hpp"
+#include "somas/sdk/rng.hpp"
+
+namespace somas::model {
+
+namespace {
+
+constexpr double equal_eigenvalues = 1e-9;
+
+std::uint32_t duration(const Cycle& cycle, Action action) {
+  switch (action) {
+    case Action::division: return cycle.division_steps;
+    case Action::specialization: return cycle.specialization_steps;
+    case Action::apoptosis: return cycle.apoptosis_steps;
+    default: return cycle.quiescence_steps;
+  }
+}
+
+/// NaN never wins: it compares as the least.
+float score(float output) {
+  return output == output ? output : -std::numeric_limits<float>::infinity();
+}
+
+}  // namespace
+
+Choice strongest(const State& state, const OutputChannels& channels, const FloatMatrix& outputs,
+                 std::uint32_t cell) {
+  const auto value = [&](std::uint32_t channel) { return score(outputs.row(channel)[cell]); };
+  Choice best{Action::quiescence, no_state};
+  float best_value = value(channels.quiescence);
+  // Later candidates must be strictly stronger: their order is the order of ties.
+  const auto offer = [&](Choice candidate, float strength) {
+    if (!(strength > best_value)) return;
+    best = candidate;
+    best_value = strength;
+  };
+  offer({Action::division, no_state}, value(channels.division));
+  for (const std::uint16_t child : state.children)
+    offer({Action::specialization, child}, value(channels.specialize[child]));
+  offer({Action::apoptosis, no_state}, value(channels.apoptosis));
+  return best;
+}
+
+bool division_axis(double xx, double xy, double yy, double& ax, double& ay) {
+  // Eigenvalues are mean +- root; the eigenvector of the greater one is (half + root, xy) or
+  // (xy, root - half), whichever is longer.
+  const double half = 0.5 * (xx - yy);
+  const double root = std::sqrt(half * half + xy * xy);
+  if (2.0 * root <= equal_eigenvalues) return false;
+  const double px = half >= 0 ? half + root : xy;
+  const double py = half >= 0 ? xy : root - half;
+  const double length = std::sqrt(px * px + py * py);
+  ax = -py / length;
+  ay = px / length;
+  return true;
+}
+
+void CycleSolver::decide(const Ecosystem& ecosystem, WorldState& world,
+                         const FloatMatrix& outputs) {
+  CellStore& cells = world.cells;
+  const Config& config = ecosystem.config();
+  std::vector<std::uint32_t>& dividing = dividing_count_;
+  dividing.assign(world.organisms.size(), 0);
+  for (std::uint32_t i = 0; i < cells.size(); ++i)
+    if (cells.action[i] == Action::division) ++dividing[cells.organism[i]];
+
+  for (const std::uint32_t i : cells.order) {
+    if (cells.action[i] != Action::none) continue;
+    OrganismState& organism = world.organisms[cells.organism[i]];
+    Choice choice =
+        strongest(world.state_of(i), organism.phenotype->ports->out(), outputs, i);
+    if (choice.action == Action::division) {
+      const bool able = cells.energy[i] >= config.cycle.division_energy &&
+                        cells.pressure[i] <= config.cycle.division_pressure;
+      const bool full = organism.live + dividing[cells.organism[i]] >= config.max_cells;
+      if (able && full) ++organism.outcome.refused_divisions;
+      if (able && !full) ++dividing[cells.organism[i]];
+      if (!able || full) choice = {};
+    }
+    cells.action[i] = choice.action;
+    cells.target[i] = choice.target;
+    cells.remaining[i] = duration(config.cycle, choice.action);
+  }
+}
+
+bool CycleSolver::advance(const Ecosystem& ecosystem, WorldState& world) {
+  CellStore& cells = world.cells;
+  const Cycle& cycle = ecosystem.config().cycle;
+  dying_.clear();
+  specializing_.clear();
+  dividing_.clear();
+  for (const std::uint32_t i : cells.order) {
+    if (cells.dead[i] != 0) continue;
+    --cells.remaining[i];
+    // A dividing cell doubles its area: r0 sqrt(1 + k / n) after k of n steps.
+    if (cells.action[i] == Action::division) {
+      const double done = cycle.division_steps - cells.remaining[i];
+      cells.radius[i] =
+          world.state_of(i).radius * std::sqrt(1.0 + done / double(cycle.division_steps));
+    }
+    if (cells.remaining[i] > 0) continue;
+    if (cells.action[i] == Action::apoptosis) dying_.push_back(i);
+    if (cells.action[i] == Action::specialization) specializing_.push_back(i);
+    if (cells.action[i] == Action::division) dividing_.push_back(i);
+    cells.action[i] = Action::none;
+  }
+  release(world);
+  specialize(world);
+  divide(ecosystem, world);
+  return !specializing_.empty() || !dividing_.empty();
+}
+
+void CycleSolver::release(WorldState& world) {
+  if (dying_.empty()) return;
+  CellStore& cells = world.cells;
+  for (const std::uint32_t i : dying_) cells.kill(i, cause_apoptosis);
+
+  // Equal parts for the contacts; the dying receive nothing that counts (it is lost with them).
+  received_.assign(cells.size(), 0.0);
+  for (const std::uint32_t i : dying_) {
+    const auto contacts = world.contacts.of(i);
+    if (contacts.empty()) continue;  // then it is lost with the cell
+    const double efficiency = world.state_of(i).skill(skill_diffusion);
+    const double part = cells.ambrosia[i] / static_cast<double>(contacts.size());
+    world.organisms[cells.organism[i]].ledger.lost_efficiency +=
+        cells.ambrosia[i] * (1.0 - efficiency);
+    for (const std::uint32_t j : contacts) received_[j] += efficiency * part;
+  }
+  for (const std::uint32_t i : dying_)
+    if (!world.contacts.of(i).empty()) cells.ambrosia[i] = 0;
+  for (const std::uint32_t j : cells.order) {
+    if (received_[j] == 0) continue;
+    const double capacity = world.state_of(j).skill(skill_capacity);
+    const double total = cells.ambrosia[j] + received_[j];
+    const double excess = std::max(0.0, total - capacity);
+    cells.ambrosia[j] = total - excess;
+    world.organisms[cells.organism[j]].ledger.lost_overflow += excess;
+  }
+}
+
+void CycleSolver::specialize(WorldState& world) {
+  CellStore& cells = world.cells;
+  for (const std::uint32_t i : specializing_) {
+    OrganismState& organism = world.organisms[cells.organism[i]];
+    cells.state[i] = cells.target[i];
+    const State& state = world.state_of(i);
+    cells.radius[i] = state.radius;
+    const double excess = std::max(0.0, cells.ambrosia[i] - state.skill(skill_capacity));
+    cells.ambrosia[i] -= excess;
+    organism.ledger.lost_overflow += excess;
+    ++organism.outcome.specializations;
+  }
+}
+
+void CycleSolver::divide(const Ecosystem& ecosystem, WorldState& world) {
+  CellStore& cells = world.cells;
+  const std::vector<CellValue>& values = ecosystem.schema().cell_values;
+  for (const std::uint32_t mother : dividing_) {  // ascending (organism, id)
+    OrganismState& organism = world.organisms[cells.organism[mother]];
+    const State& state = world.state_of(mother);
+    double ax = 0, ay = 0;
+    if (!division_axis(cells.stress_xx[mother], cells.stress_xy[mother], cells.stress_yy[mother],
+                       ax, ay)) {
+      Rng rng(world.seed, organism.key, world.step, stable_key("core.division_axis"),
+              cells.id[mother]);
+      const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
+      ax = angle.cos, ay = angle.sin;
+    }
+
+    cells.radius[mother] = state.radius;
+    cells.energy[mother] *= 0.5;
+    cells.ambrosia[mother] *= 0.5;
+    for (std::size_t v = 0; v < values.size(); ++v)
+      if (values[v].rule == OnDivision::halve) cells.values[v][mother] *= 0.5;
+    const std::uint32_t daughter = cells.append(cells.memory.channels());
+    cells.copy_cell(mother, daughter);
+    for (std::size_t v = 0; v < values.size(); ++v)
+      if (values[v].rule == OnDivision::zero) cells.values[v][daughter] = 0;
+
+    const double half = 0.5 * rest_distance(state);
+    cells.x[mother] += half * ax;
+    cells.y[mother] += half * ay;
+    cells.x[daughter] -= half * ax;
+    cells.y[daughter] -= half * ay;
+    cells.id[daughter] = organism.next_id++;
+    cells.parent[daughter] = cells.id[mother];
+    cells.born[daughter] = world.step;
+    ++organism.outcome.divisions;
+    ++organism.live;
+  }
+}
+
+}  // namespace somas::model

@@ -1,0 +1,44 @@
+// The cell cycle: choosing actions, carrying them through, and what they do when they end
+// (docs/model.md, section 4).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/model/world_state.hpp"
+
+namespace somas::model {
+
+/// The winner among the candidates by unclamped output; ties go to quiescence, division,
+/// specialization (lowest state first), apoptosis.
+struct Choice {
+  Action action = Action::quiescence;
+  std::uint16_t target = no_state;
+};
+[[nodiscard]] Choice strongest(const State& state, const OutputChannels& channels,
+                               const FloatMatrix& outputs, std::uint32_t cell);
+
+/// Unit vector perpendicular to the most compressed axis of a stress tensor. False when its
+/// eigenvalues are within 1e-9: then every axis is as good.
+[[nodiscard]] bool division_axis(double xx, double xy, double yy, double& ax, double& ay);
+
+class CycleSolver {
+ public:
+  /// Phase 4: cells with no running action choose one; ascending id, for the cap on cells.
+  void decide(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
+  /// Phase 6: actions advance; those that end take effect, all apoptoses first, then all
+  /// specializations, then all divisions. Cells that starve this step do not take part.
+  /// Returns true when cells were born or changed state (the storage must be reorganised).
+  bool advance(const Ecosystem& ecosystem, WorldState& world);
+
+ private:
+  void release(WorldState& world);
+  void specialize(WorldState& world);
+  void divide(const Ecosystem& ecosystem, WorldState& world);
+
+  std::vector<std::uint32_t> dying_, specializing_, dividing_;
+  std::vector<double> received_;
+  std::vector<std::uint32_t> dividing_count_;  // by organism
+};
+
+}  // namespace somas::model

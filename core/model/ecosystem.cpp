@@ -1,0 +1,220 @@
+#include "core/model/ecosystem.hpp"
+
+#include <cmath>
+#include <sstream>
+
+namespace somas::model {
+
+namespace {
+
+/// Calls into a plugin; whatever it throws leaves as an error that names instance and call.
+template <class Call>
+decltype(auto) guarded(const std::string& instance, const char* call, Call&& body) {
+  try {
+    return body();
+  } catch (const ParameterError& error) {
+    throw WiringError(instance, error.path(), error.what());
+  } catch (const std::exception& error) {
+    throw PluginFailure(instance, call, error.what());
+  } catch (...) {
+    throw PluginFailure(instance, call, "an exception that is no std::exception");
+  }
+}
+
+bool positive(double x) { return std::isfinite(x) && x > 0; }
+bool not_negative(double x) { return std::isfinite(x) && x >= 0; }
+
+/// Copies what a specialization emits, and refuses what no world could hold.
+class TreeBuilder final : public TreeSink {
+ public:
+  explicit TreeBuilder(const std::vector<Skill>& skills) : skills_(skills) {}
+
+  void add(const StateSpec& spec) override {
+    const std::string name(spec.name);
+    const auto require = [&](bool fine, const char* what) {
+      if (!fine) throw std::runtime_error("state '" + name + "': " + what);
+    };
+    const bool root = tree_.states.empty();
+    require(!name.empty(), "a state needs a name");
+    require(root == (spec.parent == no_state), "one state, the first, is the root");
+    require(root || spec.parent < tree_.states.size(), "its parent must come before it");
+    require(positive(spec.mass) && positive(spec.radius), "mass and radius must be positive");
+    require(not_negative(spec.stiffness) && not_negative(spec.adhesion),
+            "stiffness and adhesion must not be negative");
+    require(std::isfinite(spec.adhesion_range) && spec.adhesion_range >= 1,
+            "the adhesion range must be at least 1");
+    require(spec.skills.size() == skills_.size(), "one value is needed for every skill");
+    for (std::size_t i = 0; i < skills_.size(); ++i)
+      require(spec.skills[i] >= skills_[i].spec.minimum && spec.skills[i] <= skills_[i].spec.maximum,
+              "a skill is out of its range");
+    State state{.name = name,
+                .key = spec.key != 0 ? spec.key : stable_key(name),
+                .parent = spec.parent,
+                .mass = spec.mass,
+                .radius = spec.radius,
+                .stiffness = spec.stiffness,
+                .adhesion = spec.adhesion,
+                .adhesion_range = spec.adhesion_range,
+                .skills = {spec.skills.begin(), spec.skills.end()},
+                .children = {}};
+    for (const State& other : tree_.states)
+      require(other.name != name && other.key != state.key, "the name or key is taken");
+    const auto index = static_cast<std::uint16_t>(tree_.states.size());
+    if (!root) tree_.states[spec.parent].children.push_back(index);
+    tree_.states.push_back(std::move(state));
+  }
+
+  Tree take() {
+    if (tree_.states.empty()) throw std::runtime_error("the tree has no states");
+    return std::move(tree_);
+  }
+
+ private:
+  const std::vector<Skill>& skills_;
+  Tree tree_;
+};
+
+std::string number(double x) {
+  std::ostringstream out;
+  out.precision(6);
+  out << x;
+  return out.str();
+}
+
+}  // namespace
+
+Ports::Ports(const Tree& tree, const Schema& schema, std::size_t morphogens) {
+  // Channels: what every state senses, in one order.
+  std::vector<std::string> channels;
+  for (std::size_t m = 0; m < morphogens; ++m) channels.push_back("morphogen." + std::to_string(m));
+  in_ = {.pressure = static_cast<std::uint32_t>(morphogens),
+         .energy = static_cast<std::uint32_t>(morphogens + 1),
+         .ambrosia = static_cast<std::uint32_t>(morphogens + 2),
+         .first_sensor = static_cast<std::uint32_t>(morphogens + 3)};
+  channels.insert(channels.end(), {"pressure", "energy", "ambrosia"});
+  for (const std::string& sensor : schema.sensors) channels.push_back(sensor);
+
+  // Names first: ports view into them, so the storage must not move afterwards.
+  const std::size_t states = tree.states.size();
+  names_.reserve(states + states * channels.size() + 5 + states + morphogens +
+                 schema.resources.size());
+  const auto keep = [&](std::string name) -> std::string_view {
+    return names_.emplace_back(std::move(name));
+  };
+
+  for (const State& state : tree.states)
+    states_.push_back({keep(state.name), state.key, state.parent});
+  for (std::uint16_t s = 0; s < states; ++s)
+    for (std::uint32_t c = 0; c < channels.size(); ++c)
+      inputs_.push_back({keep(tree.states[s].name + "/" + channels[c]),
+                         stable_key(channels[c], tree.states[s].key), c, s});
+
+  const auto add_output = [&](std::string name, std::uint64_t key, std::uint16_t target) {
+    const auto channel = static_cast<std::uint32_t>(outputs_.size());
+    outputs_.push_back({keep(std::move(name)), key, channel, target});
+    return channel;
+  };
+  const auto plain = [&](const std::string& name) {
+    return add_output(name, stable_key(name), no_state);
+  };
+  out_.quiescence = plain("quiescence");
+  out_.division = plain("division");
+  out_.apoptosis = plain("apoptosis");
+  out_.specialize.assign(states, 0);
+  for (std::uint16_t s = 1; s < states; ++s)
+    out_.specialize[s] = add_output("specialize." + tree.states[s].name,
+                                    stable_key("specialize", tree.states[s].key), s);
+  for (std::size_t m = 0; m < morphogens; ++m)
+    out_.morphogens.push_back(plain("morphogen." + std::to_string(m)));
+  out_.conversion = plain("conversion");
+  out_.diffusion = plain("diffusion");
+  for (const Resource& resource : schema.resources)
+    out_.uptakes.push_back(plain("uptake." + resource.name));
+
+  layout_ = {.states = states_,
+             .inputs = inputs_,
+             .outputs = outputs_,
+             .input_channels = static_cast<std::uint32_t>(channels.size())};
+}
+
+Ecosystem::Ecosystem(Config config, std::vector<NamedEnvironment> environments,
+                     std::shared_ptr<Specialization> specialization,
+                     std::shared_ptr<Controller> controller, std::shared_ptr<Fitness> fitness)
+    : config_(std::move(config)),
+      info_{.radius = config_.radius,
+            .max_steps = config_.max_steps,
+            .substeps = config_.mechanics.substeps,
+            .time_step = config_.mechanics.time_step},
+      schema_(core_schema()),
+      environments_(std::move(environments)),
+      specialization_(std::move(specialization)),
+      controller_(std::move(controller)),
+      fitness_(std::move(fitness)) {
+  // Environments declare, in the experiment's order; the fitness last.
+  for (std::uint32_t i = 0; i < environments_.size(); ++i) {
+    const NamedEnvironment& environment = environments_[i];
+    SchemaBuilder builder(schema_, info_, environment.name);
+    guarded(environment.name, "declare", [&] { environment.instance->declare(builder); });
+    for (unsigned phase = 0; phase < acting_.size(); ++phase)
+      if ((builder.phases() >> phase & 1u) != 0) acting_[phase].push_back(i);
+  }
+  SchemaBuilder builder(schema_, info_, "fitness");
+  guarded("fitness", "declare", [&] { fitness_->declare(builder); });
+
+  // A fixed tree is grown once, here, so that its errors show at load time.
+  if (specialization_->heritable() == nullptr) {
+    tree_ = grow({});
+    ports_ = ports_of(*tree_);
+  }
+}
+
+std::shared_ptr<const Tree> Ecosystem::grow(GenesView genes) const {
+  TreeBuilder builder(schema_.skills);
+  const std::vector<SkillInfo> skills = schema_.skill_infos();
+  auto tree = guarded("specialization", "grow", [&] {
+    specialization_->grow(genes, skills, builder);
+    return std::make_shared<const Tree>(builder.take());
+  });
+
+  // The stiffest, stickiest and lightest a pair of this tree can be.
+  double stiffness = 0, adhesion = 0, mass = std::numeric_limits<double>::infinity();
+  for (const State& state : tree->states) {
+    stiffness = std::max(stiffness, state.stiffness);
+    adhesion = std::max(adhesion, state.adhesion);
+    mass = std::min(mass, state.mass);
+  }
+  const Mechanics& m = config_.mechanics;
+  const double limit = stable_time_step(stiffness, adhesion, mass, m.damping, m.drag);
+  if (m.time_step > limit) throw UnstableTimeStep(m.time_step, limit);
+  return tree;
+}
+
+std::shared_ptr<const Ports> Ecosystem::ports_of(const Tree& tree) const {
+  return std::make_shared<const Ports>(tree, schema_, config_.morphogens.kinds.size());
+}
+
+Phenotype Ecosystem::express(const Genome& genome) const {
+  Phenotype phenotype;
+  phenotype.tree = tree_ ? tree_ : grow(genome.tree);
+  phenotype.ports = ports_ ? ports_ : ports_of(*phenotype.tree);
+  phenotype.program = guarded("controller", "express", [&] {
+    return controller_->express(genome.controller, phenotype.ports->layout());
+  });
+  return phenotype;
+}
+
+double stable_time_step(double stiffness, double adhesion, double mass, double damping,
+                        double drag) {
+  const double k = 13.0 * (stiffness + adhesion) / (2.0 * mass);
+  const double c = (13.0 * damping / 2.0 + drag) / mass;
+  // Without springs only the damper limits the explicit step: 2 / C.
+  if (k == 0) return c == 0 ? std::numeric_limits<double>::infinity() : 2.0 / c;
+  return (std::sqrt(c * c + 4.0 * k) - c) / (2.0 * k);
+}
+
+UnstableTimeStep::UnstableTimeStep(double time_step, double limit)
+    : std::runtime_error("a substep of " + number(time_step) +
+                         " is unstable in a packed cluster of this tree's cells; at most " +
+                         number(limit) + " is allowed (use more substeps)") {}
+
+}  // namespace somas::model

@@ -1,0 +1,92 @@
+#include "core/model/hits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace somas::model {
+
+namespace {
+
+constexpr std::int32_t most_bins_per_side = 1024;
+
+}  // namespace
+
+double meeting(const Segment& s, double x, double y, double radius) {
+  const double fx = s.x0 - x, fy = s.y0 - y;
+  const double outside = fx * fx + fy * fy - radius * radius;
+  if (outside <= 0) return 0;
+  const double dx = s.x1 - s.x0, dy = s.y1 - s.y0;
+  const double towards = fx * dx + fy * dy;
+  if (towards >= 0) return -1;
+  const double square = dx * dx + dy * dy;
+  const double discriminant = towards * towards - square * outside;
+  if (discriminant < 0) return -1;
+  const double t = (-towards - std::sqrt(discriminant)) / square;
+  return t <= 1 ? t : -1;
+}
+
+void HitFinder::prepare(const CellStore& cells) {
+  const std::uint32_t count = cells.size();
+  widest_ = 0;
+  if (count == 0) {
+    left_ = bottom_ = 0;
+    right_ = top_ = -1;
+    return;
+  }
+  for (const double r : cells.radius) widest_ = std::max(widest_, r);
+  const auto [x_low, x_high] = std::minmax_element(cells.x.begin(), cells.x.end());
+  const auto [y_low, y_high] = std::minmax_element(cells.y.begin(), cells.y.end());
+  left_ = *x_low - widest_, right_ = *x_high + widest_;
+  bottom_ = *y_low - widest_, top_ = *y_high + widest_;
+  side_ = std::max(2.0 * widest_, std::max(right_ - left_, top_ - bottom_) / most_bins_per_side);
+  columns_ = static_cast<std::int32_t>((right_ - left_) / side_) + 1;
+  rows_ = static_cast<std::int32_t>((top_ - bottom_) / side_) + 1;
+
+  // Counting sort by the bin of the centre.
+  bin_.resize(count);
+  items_.resize(count);
+  start_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto c = static_cast<std::int32_t>((cells.x[i] - left_) / side_);
+    const auto r = static_cast<std::int32_t>((cells.y[i] - bottom_) / side_);
+    bin_[i] = static_cast<std::uint32_t>(r * columns_ + c);
+    ++start_[bin_[i] + 1];
+  }
+  for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
+  for (std::uint32_t i = 0; i < count; ++i) items_[start_[bin_[i]]++] = i;
+  for (std::size_t b = start_.size() - 1; b > 0; --b) start_[b] = start_[b - 1];
+  start_[0] = 0;
+}
+
+std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
+  const double x_low = std::min(s.x0, s.x1), x_high = std::max(s.x0, s.x1);
+  const double y_low = std::min(s.y0, s.y1), y_high = std::max(s.y0, s.y1);
+  if (!(x_high >= left_ && x_low <= right_ && y_high >= bottom_ && y_low <= top_)) return -1;
+
+  // Only discs whose centre lies within the widest radius of the path's bounds can be met.
+  const auto clip = [](double v, std::int32_t last) {
+    return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(last)));
+  };
+  const std::int32_t c0 = clip((x_low - widest_ - left_) / side_, columns_ - 1);
+  const std::int32_t c1 = clip((x_high + widest_ - left_) / side_, columns_ - 1);
+  const std::int32_t r0 = clip((y_low - widest_ - bottom_) / side_, rows_ - 1);
+  const std::int32_t r1 = clip((y_high + widest_ - bottom_) / side_, rows_ - 1);
+  std::int32_t best = -1;
+  double best_distance = 2;
+  for (std::int32_t r = r0; r <= r1; ++r) {
+    const std::uint32_t begin = start_[static_cast<std::size_t>(r * columns_ + c0)];
+    const std::uint32_t end = start_[static_cast<std::size_t>(r * columns_ + c1) + 1];
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t i = items_[k];
+      const double t = meeting(s, cells.x[i], cells.y[i], cells.radius[i]);
+      if (t < 0 || t > best_distance) continue;
+      if (t == best_distance && cells.rank[i] > cells.rank[static_cast<std::size_t>(best)])
+        continue;
+      best = static_cast<std::int32_t>(i);
+      best_distance = t;
+    }
+  }
+  return best;
+}
+
+}  // namespace somas::model

@@ -1,0 +1,32 @@
+// Which cell a straight path meets first.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/model/cells.hpp"
+#include "somas/sdk/world.hpp"
+
+namespace somas::model {
+
+/// Distance along the segment, in [0, 1], at which it meets the disc: 0 when it starts inside,
+/// negative when it does not meet it.
+[[nodiscard]] double meeting(const Segment& segment, double x, double y, double radius);
+
+/// Finds first hits on a grid of bins over the cells' present positions.
+class HitFinder {
+ public:
+  /// Sorts the cells' discs; call after they moved.
+  void prepare(const CellStore& cells);
+  /// Index of the first cell met (equal distances: canonical order), or -1.
+  [[nodiscard]] std::int32_t first(const CellStore& cells, const Segment& segment) const;
+
+ private:
+  double left_ = 0, bottom_ = 0, right_ = -1, top_ = -1;  ///< bounds of all discs
+  double side_ = 1, widest_ = 0;
+  std::int32_t columns_ = 0, rows_ = 0;
+  std::vector<std::uint32_t> start_, items_, bin_;
+};
+
+}  // namespace somas::model

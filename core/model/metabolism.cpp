@@ -1,0 +1,156 @@
+#include "core/model/metabolism.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace somas::model {
+
+namespace {
+
+const State& state_of(const WorldState& world, const CellRange& range) {
+  return world.organisms[range.organism].phenotype->tree->states[range.state];
+}
+
+const OutputChannels& outputs_of(const WorldState& world, const CellRange& range) {
+  return world.organisms[range.organism].phenotype->ports->out();
+}
+
+}  // namespace
+
+void MetabolismSolver::run(const Ecosystem& ecosystem, WorldState& world,
+                           const FloatMatrix& outputs) {
+  take_up(ecosystem, world, outputs);
+  convert(world, outputs);
+  diffuse(world, outputs);
+  pay(ecosystem, world);
+}
+
+void MetabolismSolver::take_up(const Ecosystem& ecosystem, WorldState& world,
+                               const FloatMatrix& outputs) {
+  const std::vector<Resource>& resources = ecosystem.schema().resources;
+  CellStore& cells = world.cells;
+  const std::size_t count = cells.size();
+
+  // What every cell asks for, within its room.
+  demand_.assign(resources.size() * count, 0.0);
+  for (const CellRange& range : cells.ranges) {
+    const State& state = state_of(world, range);
+    const OutputChannels& channels = outputs_of(world, range);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      double total = 0;
+      for (std::size_t r = 0; r < resources.size(); ++r) {
+        const double wish = share(outputs.row(channels.uptakes[r])[i]) *
+                            state.skill(resources[r].production_skill);
+        demand_[r * count + i] = wish;
+        total += wish;
+      }
+      const double room = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
+      if (total <= room) continue;
+      for (std::size_t r = 0; r < resources.size(); ++r)
+        demand_[r * count + i] = room * (demand_[r * count + i] / total);
+    }
+  }
+
+  // Squares that are asked for more than they hold give everything, in proportion.
+  square_.resize(count);
+  for (std::size_t r = 0; r < resources.size(); ++r) {
+    std::vector<double>& content = world.grids[resources[r].grid];
+    const Grid grid{content, ecosystem.schema().grids[resources[r].grid].spec};
+    double* demand = demand_.data() + r * count;
+    square_demand_.resize(content.size(), 0.0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      square_[i] = demand[i] > 0 ? grid.index_of(cells.x[i], cells.y[i]) : -1;
+      if (square_[i] >= 0) square_demand_[static_cast<std::size_t>(square_[i])] = 0;
+    }
+    for (const std::uint32_t i : cells.order)
+      if (square_[i] >= 0) square_demand_[static_cast<std::size_t>(square_[i])] += demand[i];
+    for (const std::uint32_t i : cells.order) {
+      if (square_[i] < 0) continue;
+      const auto square = static_cast<std::size_t>(square_[i]);
+      const bool scarce = square_demand_[square] > content[square];
+      const double taken =
+          scarce ? demand[i] * (content[square] / square_demand_[square]) : demand[i];
+      cells.ambrosia[i] += taken;
+      world.organisms[cells.organism[i]].ledger.taken += taken;
+    }
+    for (const std::uint32_t i : cells.order) {
+      if (square_[i] < 0) continue;
+      const auto square = static_cast<std::size_t>(square_[i]);
+      content[square] = std::max(0.0, content[square] - square_demand_[square]);
+      square_demand_[square] = 0;  // once per square
+    }
+  }
+}
+
+void MetabolismSolver::convert(WorldState& world, const FloatMatrix& outputs) {
+  CellStore& cells = world.cells;
+  for (const CellRange& range : cells.ranges) {
+    const float* wish = outputs.row(outputs_of(world, range).conversion);
+    double& burnt = world.organisms[range.organism].ledger.burnt;
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const double amount = std::min(share(wish[i]) * cells.ambrosia[i], 1.0 - cells.energy[i]);
+      cells.ambrosia[i] -= amount;
+      cells.energy[i] += amount;
+      burnt += amount;
+    }
+  }
+}
+
+void MetabolismSolver::diffuse(WorldState& world, const FloatMatrix& outputs) {
+  CellStore& cells = world.cells;
+  const Contacts& contacts = world.contacts;
+  const std::size_t count = cells.size();
+
+  // Offers to each contact.
+  offer_.assign(count, 0.0);
+  for (const CellRange& range : cells.ranges) {
+    const float* wish = outputs.row(outputs_of(world, range).diffusion);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const std::size_t receivers = contacts.of(i).size();
+      if (receivers > 0)
+        offer_[i] = share(wish[i]) * cells.ambrosia[i] / static_cast<double>(receivers);
+    }
+  }
+
+  // What comes in, and the part of it that finds room; gains wait until every offer is settled.
+  accepted_.assign(2 * count, 0.0);
+  double* accepted = accepted_.data();
+  double* gain = accepted + count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    double incoming = 0;
+    for (const std::uint32_t j : contacts.of(i))
+      incoming += world.state_of(j).skill(skill_diffusion) * offer_[j];
+    const double room =
+        std::max(0.0, world.state_of(i).skill(skill_capacity) - cells.ambrosia[i]);
+    accepted[i] = incoming > room ? room / incoming : 1.0;
+    gain[i] = incoming > room ? room : incoming;
+  }
+  for (const std::uint32_t i : cells.order) {
+    double loss = 0;
+    if (offer_[i] > 0)
+      for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted[j];
+    const double efficiency = world.state_of(i).skill(skill_diffusion);
+    cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain[i];
+    world.organisms[cells.organism[i]].ledger.lost_efficiency += loss * (1.0 - efficiency);
+  }
+}
+
+void MetabolismSolver::pay(const Ecosystem& ecosystem, WorldState& world) {
+  CellStore& cells = world.cells;
+  const Metabolism& costs = ecosystem.config().metabolism;
+  const std::array<double, 5> by_action{0.0, costs.quiescence_cost, costs.division_cost,
+                                        costs.specialization_cost, costs.apoptosis_cost};
+  for (const CellRange& range : cells.ranges) {
+    const double efficiency = state_of(world, range).skill(skill_energy_efficiency);
+    double& spent = world.organisms[range.organism].ledger.spent;
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const double cost = by_action[static_cast<std::size_t>(cells.action[i])] / efficiency;
+      const double paid = std::min(cost, cells.energy[i]);
+      cells.energy[i] -= paid;
+      spent += paid;
+      if (cells.energy[i] <= starving) cells.kill(i, cause_starvation);
+    }
+  }
+}
+
+}  // namespace somas::model

@@ -1,0 +1,152 @@
+#include "core/model/morphogens.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace somas::model {
+
+namespace {
+
+constexpr float negligible = 1e-6f;
+constexpr float at_centre = 1e-6f;
+constexpr double sqrt_two = 1.4142135623730951;
+
+/// One row of a sweep. The factors are not negative, so scaling the greatest neighbour is scaling
+/// them all. Pointers are to the first column; rows are padded on both sides.
+void sweep_row(const float* __restrict below, const float* __restrict row,
+               const float* __restrict above, float* __restrict out, std::ptrdiff_t count,
+               float straight, float diagonal) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const float ns = std::max(below[i], above[i]);
+    const float we = std::max(row[i - 1], row[i + 1]);
+    const float low = std::max(below[i - 1], below[i + 1]);
+    const float high = std::max(above[i - 1], above[i + 1]);
+    const float offered = std::max(std::max(ns, we) * straight, std::max(low, high) * diagonal);
+    const float kept = std::max(row[i], offered);
+    out[i] = kept < negligible ? 0.0f : kept;
+  }
+}
+
+}  // namespace
+
+MorphogenFields::MorphogenFields(const MorphogenGrid& grid)
+    : size_(grid.size),
+      stride_(grid.size + 2),
+      side_(grid.side),
+      low_(-0.5 * grid.side * grid.size),
+      now_(grid.kinds.size(), std::vector<float>(stride_ * stride_)),
+      next_(now_),
+      boxes_(grid.kinds.size()) {}
+
+void MorphogenFields::touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom,
+                            std::uint32_t top, Box& box) const {
+  right = std::min(right, size_ - 1);
+  top = std::min(top, size_ - 1);
+  if (box.left > box.right) {
+    box = {left, right, bottom, top};
+    return;
+  }
+  box = {std::min(box.left, left), std::max(box.right, right), std::min(box.bottom, bottom),
+         std::max(box.top, top)};
+}
+
+void MorphogenFields::set(std::size_t kind, std::uint32_t column, std::uint32_t row, float value) {
+  now_[kind][index(column, row)] = value;
+  touch(column, column, row, row, boxes_[kind]);
+}
+
+void MorphogenFields::evaporate_and_spread(const MorphogenGrid& grid) {
+  for (std::size_t kind = 0; kind < now_.size(); ++kind)
+    if (boxes_[kind].left <= boxes_[kind].right) sweep(kind, grid.kinds[kind]);
+}
+
+void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
+  Box& box = boxes_[kind];
+  std::vector<float>& now = now_[kind];
+  const auto keep = static_cast<float>(1.0 - morphogen.evaporation);
+  for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
+    float* values = now.data() + index(box.left, row);
+    for (std::uint32_t i = 0; i <= box.right - box.left; ++i) values[i] *= keep;
+  }
+
+  // What is there spreads by one square; outside the box both buffers are 0.
+  touch(box.left - std::min(box.left, 1u), box.right + 1, box.bottom - std::min(box.bottom, 1u),
+        box.top + 1, box);
+  const auto straight = static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation));
+  const auto diagonal = static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two));
+  for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
+    const float* middle = now.data() + index(box.left, row);
+    sweep_row(middle - stride_, middle, middle + stride_,
+              next_[kind].data() + index(box.left, row),
+              static_cast<std::ptrdiff_t>(box.right - box.left + 1), straight, diagonal);
+  }
+  now.swap(next_[kind]);
+}
+
+Footprint MorphogenFields::footprint(double x, double y) const {
+  // Offsets in sides from the centre of the square that holds the point.
+  const double column = std::floor((x - low_) / side_);
+  const double row = std::floor((y - low_) / side_);
+  const double last = static_cast<double>(size_);
+  Footprint print;
+  if (!(column >= -1 && column <= last && row >= -1 && row <= last)) return print;
+  const auto fx = static_cast<float>((x - low_) / side_ - (column + 0.5));
+  const auto fy = static_cast<float>((y - low_) / side_ - (row + 0.5));
+  const auto c = static_cast<std::int32_t>(column);
+  const auto r = static_cast<std::int32_t>(row);
+
+  for (int k = 0; k < 9; ++k) {
+    const float dx = fx - static_cast<float>(k % 3 - 1);
+    const float dy = fy - static_cast<float>(k / 3 - 1);
+    print.weight[static_cast<std::size_t>(k)] = 1.0f / std::sqrt(dx * dx + dy * dy);
+  }
+  if (fx * fx + fy * fy < at_centre * at_centre) {
+    print.weight = {};
+    print.weight[4] = 1.0f;
+  }
+  // The block may hang over the edge: such squares do not count. Its base stays in the padding.
+  const auto size = static_cast<std::int32_t>(size_);
+  if (c < 1 || r < 1 || c > size - 2 || r > size - 2) {
+    for (int k = 0; k < 9; ++k) {
+      const int cc = c + k % 3 - 1, rr = r + k / 3 - 1;
+      if (cc < 0 || rr < 0 || cc >= size || rr >= size)
+        print.weight[static_cast<std::size_t>(k)] = 0;
+    }
+  }
+  for (const float w : print.weight) {
+    print.sum += w;
+    print.peak = std::max(print.peak, w);
+  }
+  print.column = c;
+  print.row = r;
+  return print;
+}
+
+float MorphogenFields::sense(std::size_t kind, const Footprint& at) const {
+  if (at.sum == 0) return 0;
+  const float* values = now_[kind].data();
+  float total = 0;
+  for (std::size_t k = 0; k < 9; ++k) {
+    if (at.weight[k] == 0) continue;
+    total += values[square(at, k)] * at.weight[k];
+  }
+  return total / at.sum;
+}
+
+void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule) {
+  if (at.sum == 0 || !(amount > 0)) return;
+  const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
+  float* values = now_[kind].data();
+  for (std::size_t k = 0; k < 9; ++k) {
+    if (at.weight[k] == 0) continue;
+    float& held = values[square(at, k)];
+    held = std::max(held, at.weight[k] * unit);
+  }
+  const auto clip = [&](std::int32_t i) {
+    return static_cast<std::uint32_t>(std::clamp(i, 0, static_cast<std::int32_t>(size_) - 1));
+  };
+  touch(clip(at.column - 1), clip(at.column + 1), clip(at.row - 1), clip(at.row + 1),
+        boxes_[kind]);
+}
+
+}  // namespace somas::model

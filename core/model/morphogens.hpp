@@ -1,0 +1,75 @@
+// Morphogen grids of one organism (docs/model.md, section 1).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/model/config.hpp"
+
+namespace somas::model {
+
+/// The 3x3 block of squares round a point with inverse-distance weights; squares off the grid have
+/// weight 0. At a centre (nearer than 1e-6 sides) that square has all the weight.
+struct Footprint {
+  std::int32_t column = 0, row = 0;   ///< of the block's middle square; may lie one off the grid
+  std::array<float, 9> weight{};      ///< row-major from the lower left, not normalised
+  float sum = 0, peak = 0;            ///< of the weights
+};
+
+class MorphogenFields {
+ public:
+  MorphogenFields() = default;
+  explicit MorphogenFields(const MorphogenGrid& grid);
+
+  /// One step: C <- C (1 - E), then one double-buffered sweep in which every square keeps the
+  /// maximum of its own value and C_s max(0, 1 - R d) of its 8 neighbours; below 1e-6 becomes 0.
+  void evaporate_and_spread(const MorphogenGrid& grid);
+
+  [[nodiscard]] Footprint footprint(double x, double y) const;
+  /// sum(C_i / d_i) / sum(1 / d_i) over the block; 0 off the grid.
+  [[nodiscard]] float sense(std::size_t kind, const Footprint& at) const;
+  /// Every square of the block keeps the maximum of its value and its share of `amount`.
+  void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule);
+
+  [[nodiscard]] std::uint32_t size() const { return size_; }
+  [[nodiscard]] std::size_t kinds() const { return now_.size(); }
+  [[nodiscard]] float value(std::size_t kind, std::uint32_t column, std::uint32_t row) const {
+    return now_[kind][index(column, row)];
+  }
+  void set(std::size_t kind, std::uint32_t column, std::uint32_t row, float value);
+  /// Square centres along either axis.
+  [[nodiscard]] double centre(std::uint32_t i) const {
+    return (static_cast<double>(i) + 0.5) * side_ + low_;
+  }
+  /// The padded storage of a kind, for hashing: (size + 2)^2 values with a border of zeros.
+  [[nodiscard]] std::span<const float> raw(std::size_t kind) const { return now_[kind]; }
+
+ private:
+  /// Squares that may hold anything, inclusive; empty when low > high.
+  struct Box {
+    std::uint32_t left = 1, right = 0, bottom = 1, top = 0;
+  };
+
+  [[nodiscard]] std::size_t index(std::uint32_t column, std::uint32_t row) const {
+    return static_cast<std::size_t>(row + 1) * stride_ + column + 1;
+  }
+  /// Storage index of the k-th square of a block.
+  [[nodiscard]] std::size_t square(const Footprint& at, std::size_t k) const {
+    const std::int64_t c = at.column + static_cast<std::int64_t>(k % 3);
+    const std::int64_t r = at.row + static_cast<std::int64_t>(k / 3);
+    return static_cast<std::size_t>(r * static_cast<std::int64_t>(stride_) + c);
+  }
+  void touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom, std::uint32_t top,
+             Box& box) const;
+  void sweep(std::size_t kind, const Morphogen& morphogen);
+
+  std::uint32_t size_ = 0;
+  std::size_t stride_ = 0;
+  double side_ = 1, low_ = 0;
+  std::vector<std::vector<float>> now_, next_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace somas::model

@@ -1,0 +1,255 @@
+#include "core/model/simulation.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace somas::model {
+
+Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
+                       std::uint64_t seed)
+    : ecosystem_(ecosystem), view_(ecosystem, state_, inputs_) {
+  state_.seed = seed;
+  found(roster);
+  const Schema& schema = ecosystem_.schema();
+  for (const GridDeclaration& grid : schema.grids)
+    state_.grids.emplace_back(std::size_t{grid.spec.columns} * grid.spec.rows, grid.spec.initial);
+  for (const TableDeclaration& table : schema.tables)
+    state_.tables.emplace_back(table.columns.size());
+  for (const Scalar& scalar : schema.scalars) state_.scalars.push_back(scalar.initial);
+  view_.begin();
+}
+
+void Simulation::found(std::span<const RosterEntry> roster) {
+  if (roster.empty()) throw std::invalid_argument("a roster needs an organism");
+  const Schema& schema = ecosystem_.schema();
+  const Metabolism& start = ecosystem_.config().metabolism;
+
+  // Organisms by ascending key, whatever their place in the roster.
+  std::uint32_t memory_rows = 0;
+  for (std::uint32_t r = 0; r < roster.size(); ++r) {
+    OrganismState& organism = state_.organisms.emplace_back();
+    organism.key = roster[r].key;
+    organism.roster_index = r;
+    organism.phenotype = roster[r].phenotype;
+    organism.next_id = 1;
+    organism.live = 1;
+    organism.fields = MorphogenFields(ecosystem_.config().morphogens);
+    organism.deaths.assign(schema.causes.size(), 0);
+    memory_rows = std::max(memory_rows, organism.phenotype->program->memory_per_cell());
+  }
+  std::sort(state_.organisms.begin(), state_.organisms.end(),
+            [](const auto& a, const auto& b) { return a.key < b.key; });
+  for (std::size_t k = 1; k < state_.organisms.size(); ++k)
+    if (state_.organisms[k].key == state_.organisms[k - 1].key)
+      throw std::invalid_argument("the keys of a roster must differ");
+
+  CellStore& cells = state_.cells;
+  cells.values.resize(schema.cell_values.size());
+  cells.damage.resize(schema.hazards.size());
+  for (std::uint16_t k = 0; k < state_.organisms.size(); ++k) {
+    OrganismState& organism = state_.organisms[k];
+    const State& root = organism.phenotype->tree->states[0];
+    const std::uint32_t i = cells.append(memory_rows);
+    cells.organism[i] = k;
+    cells.x[i] = roster[organism.roster_index].x;
+    cells.y[i] = roster[organism.roster_index].y;
+    cells.radius[i] = root.radius;
+    cells.energy[i] = start.founder_energy;
+    cells.ambrosia[i] = std::min(start.founder_ambrosia, root.skill(skill_capacity));
+    organism.ledger.founder_energy = cells.energy[i];
+    organism.ledger.founder_ambrosia = cells.ambrosia[i];
+    organism.outcome.peak_cells = 1;
+  }
+  reorganise({});
+  state_.contacts.start.assign(cells.size() + 1, 0);
+}
+
+bool Simulation::step() {
+  if (state_.finished) return false;
+  update_fields();
+  sense();
+  control();
+  cycle_.decide(ecosystem_, state_, outputs_);
+  metabolism_.run(ecosystem_, state_, outputs_);
+  // Newborn cells stand at the end until the storage is reorganised; they do not deposit yet.
+  const std::uint32_t count = state_.cells.size();
+  const bool changed = cycle_.advance(ecosystem_, state_);
+  deposit(count);
+  if (changed) reorganise({});
+  move();
+  view_.act(Phase::stress);
+  bury();
+  end_step();
+  return !state_.finished;
+}
+
+bool Simulation::run(const std::function<bool()>& stop) {
+  while (!state_.finished) {
+    if (stop && stop()) return false;
+    step();
+  }
+  return true;
+}
+
+void Simulation::update_fields() {
+  view_.act(Phase::fields);
+  for (OrganismState& organism : state_.organisms)
+    if (organism.live > 0) organism.fields.evaporate_and_spread(ecosystem_.config().morphogens);
+}
+
+void Simulation::sense() {
+  const CellStore& cells = state_.cells;
+  const std::size_t kinds = ecosystem_.config().morphogens.kinds.size();
+  const std::size_t sensors = ecosystem_.schema().sensors.size();
+  inputs_.reshape(static_cast<std::uint32_t>(kinds + 3 + sensors), cells.size());
+  footprints_.resize(cells.size());
+  for (const CellRange& range : cells.ranges) {
+    const OrganismState& organism = state_.organisms[range.organism];
+    const InputChannels& in = organism.phenotype->ports->in();
+    const double capacity = state_.state_of(range.begin).skill(skill_capacity);
+    float* pressure = inputs_.row(in.pressure);
+    float* energy = inputs_.row(in.energy);
+    float* ambrosia = inputs_.row(in.ambrosia);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      footprints_[i] = organism.fields.footprint(cells.x[i], cells.y[i]);
+      for (std::uint32_t kind = 0; kind < kinds; ++kind)
+        inputs_.row(kind)[i] = organism.fields.sense(kind, footprints_[i]);
+      pressure[i] = static_cast<float>(cells.pressure[i]);
+      energy[i] = static_cast<float>(cells.energy[i]);
+      ambrosia[i] = capacity > 0 ? static_cast<float>(cells.ambrosia[i] / capacity) : 0.0f;
+    }
+  }
+  for (std::size_t s = 0; s < sensors; ++s)
+    std::fill_n(inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s)), cells.size(), 0.0f);
+  view_.act(Phase::sense);
+}
+
+void Simulation::control() {
+  CellStore& cells = state_.cells;
+  std::uint32_t rows = 0;
+  for (const OrganismState& organism : state_.organisms)
+    rows = std::max(rows, static_cast<std::uint32_t>(
+                              organism.phenotype->ports->layout().outputs.size()));
+  outputs_.reshape(rows, cells.size());
+  for (const CellRange& range : cells.ranges) {
+    const Phenotype& phenotype = *state_.organisms[range.organism].phenotype;
+    const Layout& layout = phenotype.ports->layout();
+    const Batch batch{
+        .count = range.count(),
+        .organism = range.organism,
+        .state = range.state,
+        .in = std::as_const(inputs_).lanes(range.begin, range.count(), layout.input_channels),
+        .memory = cells.memory.lanes(range.begin, range.count(),
+                                     phenotype.program->memory_per_cell()),
+        .out = outputs_.lanes(range.begin, range.count(),
+                              static_cast<std::uint32_t>(layout.outputs.size()))};
+    // Founders settle on their first inputs before their first step.
+    if (state_.step == 0) {
+      phenotype.program->start(batch);
+      for (std::uint32_t w = 0; w < ecosystem_.config().warm_up_steps; ++w)
+        phenotype.program->step(batch);
+    }
+    phenotype.program->step(batch);
+  }
+}
+
+void Simulation::deposit(std::uint32_t count) {
+  const CellStore& cells = state_.cells;
+  const Deposit rule = ecosystem_.config().morphogens.deposit;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (cells.dead[i] != 0) continue;
+    OrganismState& organism = state_.organisms[cells.organism[i]];
+    const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
+    // A mother has just moved; everybody else stands where it sensed.
+    const bool moved = cells.action[i] == Action::none;
+    const Footprint at = moved ? organism.fields.footprint(cells.x[i], cells.y[i]) : footprints_[i];
+    for (std::size_t kind = 0; kind < channels.size(); ++kind) {
+      const auto amount = static_cast<float>(share(outputs_.row(channels[kind])[i]));
+      organism.fields.deposit(kind, at, amount, rule);
+    }
+  }
+}
+
+void Simulation::reorganise(std::span<const std::uint8_t> remove) {
+  reorganiser_.run(state_.cells, remove);
+  mechanics_.invalidate();
+}
+
+void Simulation::restructured() {
+  reorganise({});
+  state_.contacts.start.assign(state_.cells.size() + 1, 0);
+  state_.contacts.items.clear();
+  for (OrganismState& organism : state_.organisms) organism.live = 0;
+  for (const std::uint16_t k : state_.cells.organism) ++state_.organisms[k].live;
+}
+
+void Simulation::move() {
+  ExternalForces external;
+  if (!ecosystem_.acting(Phase::forces).empty())
+    external = [this](std::span<double> fx, std::span<double> fy) {
+      view_.set_forces(fx, fy);
+      view_.act(Phase::forces);
+    };
+  mechanics_.run(ecosystem_.config().mechanics, state_, external);
+}
+
+void Simulation::bury() {
+  CellStore& cells = state_.cells;
+  const double limit = ecosystem_.config().radius * ecosystem_.config().radius;
+  bool any = false;
+  for (const std::uint32_t i : cells.order) {
+    if (!(cells.x[i] * cells.x[i] + cells.y[i] * cells.y[i] <= limit)) cells.kill(i, cause_outside);
+    if (cells.dead[i] == 0) continue;
+    any = true;
+    OrganismState& organism = state_.organisms[cells.organism[i]];
+    Ledger& ledger = organism.ledger;
+    (cells.cause[i] == cause_outside ? ledger.lost_outside : ledger.lost_death) +=
+        cells.ambrosia[i];
+    ledger.energy_lost += cells.energy[i];
+    ++organism.deaths[cells.cause[i]];
+    if (--organism.live == 0) organism.outcome.survival = state_.step;
+  }
+  if (!any) return;
+  reorganise(cells.dead);
+  state_.contacts.remap(reorganiser_.new_index());
+}
+
+void Simulation::end_step() {
+  std::uint32_t living = 0;
+  for (OrganismState& organism : state_.organisms) {
+    living += organism.live;
+    organism.outcome.cell_steps += organism.live;
+    organism.outcome.peak_cells = std::max(organism.outcome.peak_cells, organism.live);
+  }
+  const bool stopped = view_.observe();
+  ++state_.step;
+  state_.finished = living == 0 || stopped || state_.step >= ecosystem_.config().max_steps;
+  if (!state_.finished) return;
+  for (OrganismState& organism : state_.organisms) {
+    organism.outcome.final_cells = organism.live;
+    if (organism.live == 0) continue;
+    organism.outcome.censored = true;
+    organism.outcome.survival = state_.step;
+  }
+}
+
+std::vector<Outcome> Simulation::outcomes() const {
+  std::vector<Outcome> outcomes(state_.organisms.size());
+  for (const OrganismState& organism : state_.organisms)
+    outcomes[organism.roster_index] = organism.outcome;
+  return outcomes;
+}
+
+std::vector<std::uint32_t> Simulation::census(std::size_t roster_index) const {
+  std::vector<std::uint32_t> counts;
+  for (std::size_t k = 0; k < state_.organisms.size(); ++k) {
+    if (state_.organisms[k].roster_index != roster_index) continue;
+    counts.assign(state_.organisms[k].phenotype->tree->states.size(), 0);
+    for (const CellRange& range : state_.cells.ranges)
+      if (range.organism == k) counts[range.state] += range.count();
+  }
+  return counts;
+}
+
+}  // namespace somas::model

@@ -1,0 +1,78 @@
+// One simulation: a roster of organisms in one world, from the founders to the last death.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/model/cycle.hpp"
+#include "core/model/ecosystem.hpp"
+#include "core/model/mechanics.hpp"
+#include "core/model/metabolism.hpp"
+#include "core/model/world_state.hpp"
+#include "core/model/world_view.hpp"
+#include "somas/sdk/fitness.hpp"
+
+namespace somas::model {
+
+/// A place in the roster. The key names the organism's random streams and its place in the order
+/// of sums; it must be unique in a roster. (x, y) is where the founder appears.
+struct RosterEntry {
+  const Phenotype* phenotype = nullptr;
+  std::uint64_t key = 0;
+  double x = 0, y = 0;
+};
+
+class Simulation {
+ public:
+  /// The ecosystem and phenotypes must outlive the simulation. Throws PluginFailure, or
+  /// std::invalid_argument for an empty roster or repeated keys.
+  Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster, std::uint64_t seed);
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// One pass of section 0. Returns false when the run is over: everybody dead, max_steps reached,
+  /// or stopped by the fitness. Throws PluginFailure.
+  bool step();
+  /// Steps until the end (true), or until `stop` says so (false; asked before every step).
+  bool run(const std::function<bool()>& stop = {});
+
+  [[nodiscard]] bool finished() const { return state_.finished; }
+  [[nodiscard]] std::uint64_t steps_done() const { return state_.step; }
+  [[nodiscard]] const WorldState& state() const { return state_; }
+  /// For tests and what-if studies, between steps only. After adding, removing or respecializing
+  /// cells call `restructured`.
+  [[nodiscard]] WorldState& mutable_state() { return state_; }
+  void restructured();
+
+  /// One per roster entry, in roster order.
+  [[nodiscard]] std::vector<Outcome> outcomes() const;
+  /// XXH3-64 of everything that the next step depends on, in canonical order.
+  [[nodiscard]] std::uint64_t hash() const;
+  /// Live cells of a roster entry by state.
+  [[nodiscard]] std::vector<std::uint32_t> census(std::size_t roster_index) const;
+
+ private:
+  void found(std::span<const RosterEntry> roster);
+  void update_fields();
+  void sense();
+  void control();
+  void deposit(std::uint32_t count);
+  void reorganise(std::span<const std::uint8_t> remove);
+  void move();
+  void bury();
+  void end_step();
+
+  const Ecosystem& ecosystem_;
+  WorldState state_;
+  FloatMatrix inputs_, outputs_;
+  WorldView view_;
+  MetabolismSolver metabolism_;
+  CycleSolver cycle_;
+  MechanicsSolver mechanics_;
+  Reorganiser reorganiser_;
+  std::vector<Footprint> footprints_;
+};
+
+}  // namespace somas::model

@@ -1,0 +1,91 @@
+// Everything that the next step depends on, as one copyable value.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/model/cells.hpp"
+#include "core/model/ecosystem.hpp"
+#include "core/model/morphogens.hpp"
+
+namespace somas::model {
+
+/// Rows of moving things; storage behind the SDK's Table.
+class TableStore final : public Table {
+ public:
+  explicit TableStore(std::size_t columns = 0) : columns_(columns) {}
+  [[nodiscard]] std::uint32_t rows() const override { return rows_; }
+  [[nodiscard]] std::span<double> column(Id c) override { return columns_.at(c); }
+  [[nodiscard]] std::span<const double> column(Id c) const { return columns_.at(c); }
+  [[nodiscard]] std::size_t columns() const { return columns_.size(); }
+  void resize(std::uint32_t rows) override {
+    for (auto& column : columns_) column.resize(rows);
+    rows_ = rows;
+  }
+
+ private:
+  std::uint32_t rows_ = 0;
+  std::vector<std::vector<double>> columns_;
+};
+
+/// Where an organism's ambrosia and energy came from and went to, summed over its life. The books
+/// (section 2): founder_ambrosia + taken = stored + burnt + lost_*, and
+/// founder_energy + burnt = energy stored + spent + energy_lost.
+struct Ledger {
+  double founder_ambrosia = 0, founder_energy = 0;
+  double taken = 0;             ///< from resources into ambrosia
+  double burnt = 0;             ///< ambrosia turned into energy
+  double lost_efficiency = 0;   ///< in diffusion and apoptosis, by the giver's efficiency
+  double lost_overflow = 0;     ///< above a capacity: at specialization, at apoptosis gifts
+  double lost_death = 0;        ///< with cells that died inside the world
+  double lost_outside = 0;      ///< with cells that left it
+  double spent = 0;             ///< energy paid for actions
+  double energy_lost = 0;       ///< with cells that died or left
+
+  [[nodiscard]] double lost() const {
+    return lost_efficiency + lost_overflow + lost_death + lost_outside;
+  }
+};
+
+struct OrganismState {
+  std::uint64_t key = 0;
+  std::uint32_t roster_index = 0;
+  const Phenotype* phenotype = nullptr;
+  std::uint64_t next_id = 0;
+  std::uint32_t live = 0;
+  MorphogenFields fields;
+  Ledger ledger;
+  Outcome outcome;
+  std::vector<std::uint64_t> deaths;  ///< by cause
+};
+
+/// Adhesive contacts after the last mechanics: of cell i, items[start[i]] .. items[start[i + 1]],
+/// in canonical order.
+struct Contacts {
+  std::vector<std::uint32_t> start{0}, items;
+
+  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t cell) const {
+    return {items.data() + start[cell], items.data() + start[cell + 1]};
+  }
+  /// Follows a reorganisation that removed cells: `new_index` by old index.
+  void remap(std::span<const std::uint32_t> new_index);
+};
+
+struct WorldState {
+  std::uint64_t seed = 0;
+  std::uint64_t step = 0;   ///< the step that runs or comes next
+  bool finished = false;
+  CellStore cells;
+  Contacts contacts;
+  std::vector<OrganismState> organisms;  ///< by ascending key
+  std::vector<std::vector<double>> grids;
+  std::vector<TableStore> tables;
+  std::vector<double> scalars;
+
+  [[nodiscard]] const State& state_of(std::uint32_t cell) const {
+    return organisms[cells.organism[cell]].phenotype->tree->states[cells.state[cell]];
+  }
+};
+
+}  // namespace somas::model

@@ -1,0 +1,146 @@
+#include "core/model/world_view.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+
+namespace somas::model {
+
+namespace {
+
+constexpr std::array<const char*, 4> phase_calls{"act(fields)", "act(sense)", "act(forces)",
+                                                 "act(stress)"};
+
+/// The world's own random streams, apart from every organism's.
+constexpr std::uint64_t world_stream = ~std::uint64_t{0};
+
+}  // namespace
+
+template <class Call>
+void WorldView::guarded(const std::string& instance, const char* call, Call&& body) {
+  const auto where = [&] { return std::string(call) + " at step " + std::to_string(state_.step); };
+  try {
+    body();
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
+  } catch (const std::exception& error) {
+    throw PluginFailure(instance, where(), error.what());
+  } catch (...) {
+    throw PluginFailure(instance, where(), "an exception that is no std::exception");
+  }
+}
+
+void WorldView::refresh() {
+  const CellStore& c = state_.cells;
+  cells_ = {.count = c.size(), .x = c.x, .y = c.y, .vx = c.vx, .vy = c.vy, .radius = c.radius,
+            .energy = c.energy, .ambrosia = c.ambrosia, .pressure = c.pressure, .id = c.id,
+            .state = c.state, .organism = c.organism, .dead = c.dead};
+  skills_.resize(ecosystem_.schema().skills.size());
+  skill_filled_.assign(skills_.size(), false);
+  hits_ready_ = false;
+}
+
+void WorldView::act(Phase phase) {
+  const std::vector<std::uint32_t>& acting = ecosystem_.acting(phase);
+  if (acting.empty()) return;
+  refresh();
+  phase_ = phase;
+  for (const std::uint32_t index : acting) {
+    const NamedEnvironment& environment = ecosystem_.environments()[index];
+    guarded(environment.name, phase_calls[static_cast<std::size_t>(phase)],
+            [&] { environment.instance->act(phase, *this); });
+  }
+  phase_.reset();
+}
+
+void WorldView::begin() {
+  refresh();
+  for (const NamedEnvironment& environment : ecosystem_.environments())
+    guarded(environment.name, "begin", [&] { environment.instance->begin(*this); });
+}
+
+bool WorldView::observe() {
+  refresh();
+  bool stop = false;
+  guarded("fitness", "observe", [&] { stop = ecosystem_.fitness().observe(*this); });
+  return stop;
+}
+
+void WorldView::require(Phase phase, const char* call) const {
+  if (phase_ != phase)
+    throw std::logic_error(std::string(call) + " belongs in " +
+                           phase_calls[static_cast<std::size_t>(phase)]);
+}
+
+std::span<float> WorldView::sensor(Id sensor) {
+  require(Phase::sense, "sensor");
+  if (sensor >= ecosystem_.schema().sensors.size()) throw std::logic_error("no such sensor");
+  const auto channel = static_cast<std::uint32_t>(ecosystem_.config().morphogens.kinds.size()) + 3;
+  return {inputs_.row(channel + sensor), state_.cells.size()};
+}
+
+std::span<const double> WorldView::skill(Id skill) {
+  std::vector<double>& column = skills_.at(skill);
+  if (!skill_filled_[skill]) {
+    column.resize(state_.cells.size());
+    for (const CellRange& range : state_.cells.ranges) {
+      const double points = state_.state_of(range.begin).skill(skill);
+      std::fill(column.begin() + range.begin, column.begin() + range.end, points);
+    }
+    skill_filled_[skill] = true;
+  }
+  return column;
+}
+
+std::span<double> WorldView::cell_value(Id value) { return state_.cells.values.at(value); }
+
+double& WorldView::scalar(Id scalar) { return state_.scalars.at(scalar); }
+
+Grid WorldView::grid(Id grid) {
+  return {state_.grids.at(grid), ecosystem_.schema().grids[grid].spec};
+}
+
+Table& WorldView::table(Id table) { return state_.tables.at(table); }
+
+std::span<double> WorldView::force_x() {
+  require(Phase::forces, "force_x");
+  return fx_;
+}
+
+std::span<double> WorldView::force_y() {
+  require(Phase::forces, "force_y");
+  return fy_;
+}
+
+void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) {
+  require(Phase::stress, "first_hit");
+  if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
+  if (!hits_ready_) hits_.prepare(state_.cells);
+  hits_ready_ = true;
+  for (std::size_t i = 0; i < segments.size(); ++i)
+    cells[i] = hits_.first(state_.cells, segments[i]);
+}
+
+void WorldView::strike(std::uint32_t cell, Id hazard, double energy) {
+  require(Phase::stress, "strike");
+  if (cell >= state_.cells.size()) throw std::logic_error("strike: no such cell");
+  const Hazard& declared = ecosystem_.schema().hazards.at(hazard);
+  double& absorbed = state_.cells.damage[hazard][cell];
+  absorbed += energy;
+  if (absorbed > state_.state_of(cell).skill(declared.resistance_skill))
+    state_.cells.kill(cell, declared.cause);
+}
+
+void WorldView::kill(std::uint32_t cell, Id cause) {
+  require(Phase::stress, "kill");
+  if (cell >= state_.cells.size()) throw std::logic_error("kill: no such cell");
+  if (cause >= ecosystem_.schema().causes.size()) throw std::logic_error("kill: no such cause");
+  state_.cells.kill(cell, cause);
+}
+
+Rng WorldView::rng(Id purpose, std::uint64_t entity) const {
+  return {state_.seed, world_stream, state_.step,
+          stable_key(ecosystem_.schema().purposes.at(purpose)), entity};
+}
+
+}  // namespace somas::model

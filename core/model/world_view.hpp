@@ -1,0 +1,61 @@
+// The world as plugins see it: the host's side of the SDK's World.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/model/ecosystem.hpp"
+#include "core/model/hits.hpp"
+#include "core/model/world_state.hpp"
+
+namespace somas::model {
+
+class WorldView final : public World {
+ public:
+  WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs)
+      : ecosystem_(ecosystem), state_(state), inputs_(inputs) {}
+
+  /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure.
+  void act(Phase phase);
+  /// Accumulators for Phase::forces.
+  void set_forces(std::span<double> fx, std::span<double> fy) { fx_ = fx, fy_ = fy; }
+  /// Calls `begin` of every environment.
+  void begin();
+  /// Asks the fitness; true: stop.
+  [[nodiscard]] bool observe();
+
+  [[nodiscard]] std::uint64_t step() const override { return state_.step; }
+  [[nodiscard]] const WorldInfo& info() const override { return ecosystem_.info(); }
+  [[nodiscard]] const Cells& cells() const override { return cells_; }
+  [[nodiscard]] std::span<float> sensor(Id sensor) override;
+  [[nodiscard]] std::span<const double> skill(Id skill) override;
+  [[nodiscard]] std::span<double> cell_value(Id value) override;
+  [[nodiscard]] double& scalar(Id scalar) override;
+  [[nodiscard]] Grid grid(Id grid) override;
+  [[nodiscard]] Table& table(Id table) override;
+  [[nodiscard]] std::span<double> force_x() override;
+  [[nodiscard]] std::span<double> force_y() override;
+  void first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) override;
+  void strike(std::uint32_t cell, Id hazard, double energy) override;
+  void kill(std::uint32_t cell, Id cause) override;
+  [[nodiscard]] Rng rng(Id purpose, std::uint64_t entity) const override;
+
+ private:
+  void refresh();
+  void require(Phase phase, const char* call) const;
+  template <class Call>
+  void guarded(const std::string& instance, const char* call, Call&& body);
+
+  const Ecosystem& ecosystem_;
+  WorldState& state_;
+  FloatMatrix& inputs_;
+  Cells cells_;
+  std::optional<Phase> phase_;
+  std::span<double> fx_, fy_;
+  HitFinder hits_;
+  bool hits_ready_ = false;
+  std::vector<std::vector<double>> skills_;  ///< scratch by skill; valid where filled
+  std::vector<bool> skill_filled_;
+};
+
+}  // namespace somas::model

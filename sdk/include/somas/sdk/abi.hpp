@@ -1,0 +1,80 @@
+// The binary boundary: one exported symbol, a table of plain data behind it, and a note section that
+// a host can read from the file before it loads it. Plugin authors need none of this: see plugin.hpp.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "somas/sdk/parameters.hpp"
+
+/// Revision of the interface. 0 is provisional: host and plugins must come from the same release.
+#define SOMAS_ABI_REVISION 0
+
+#define SOMAS_STRINGIFY_(x) #x
+#define SOMAS_STRINGIFY(x) SOMAS_STRINGIFY_(x)
+
+#if defined(_GLIBCXX_USE_CXX11_ABI)
+#define SOMAS_STRINGS_ "libstdc++ cxx11=" SOMAS_STRINGIFY(_GLIBCXX_USE_CXX11_ABI)
+#elif defined(_LIBCPP_VERSION)
+#define SOMAS_STRINGS_ "libc++"
+#else
+#define SOMAS_STRINGS_ "unknown library"
+#endif
+#if defined(_GLIBCXX_DEBUG)
+#define SOMAS_CONTAINERS_ "debug"
+#else
+#define SOMAS_CONTAINERS_ "plain"
+#endif
+
+/// What host and plugin must agree on for C++ classes to cross the boundary.
+#define SOMAS_FINGERPRINT                                                               \
+  "somas-abi " SOMAS_STRINGIFY(SOMAS_ABI_REVISION) "; " SOMAS_STRINGS_ "; containers=" \
+  SOMAS_CONTAINERS_ "; pointer=" SOMAS_STRINGIFY(__SIZEOF_POINTER__)
+
+namespace somas {
+
+enum class PluginKind : std::uint32_t {
+  environment = 1,
+  specialization = 2,
+  controller = 3,
+  fitness = 4,
+};
+
+/// One plugin class. `create` may throw (ParameterError, std::exception); what it returns points to
+/// the interface class of the kind and is destroyed by `destroy` alone.
+struct ClassInfo {
+  std::uint32_t size = sizeof(ClassInfo);
+  PluginKind kind = PluginKind::environment;
+  const char* id = "";
+  const char* doc = "";
+  const ParameterInfo* parameters = nullptr;
+  std::uint64_t parameter_count = 0;
+  void* (*create)(const Value* parameters) = nullptr;  ///< parameters: a group
+  void (*destroy)(void* instance) = nullptr;
+};
+
+/// One library.
+struct PluginInfo {
+  std::uint32_t size = sizeof(PluginInfo);
+  std::uint32_t abi = SOMAS_ABI_REVISION;
+  const char* fingerprint = "";
+  const char* id = "";
+  const char* version = "";
+  const ClassInfo* classes = nullptr;
+  std::uint64_t class_count = 0;
+};
+
+using PluginEntry = const PluginInfo* (*)();
+inline constexpr const char* plugin_entry_name = "somas_plugin";
+inline constexpr const char* plugin_note_section = ".note.somas";
+
+/// ELF note: owner "SOMAS", type 1, description = the fingerprint, zero-padded.
+struct PluginNote {
+  std::uint32_t name_size = 6;
+  std::uint32_t description_size = 128;
+  std::uint32_t type = 1;
+  char name[8] = "SOMAS";
+  char description[128] = SOMAS_FINGERPRINT;
+};
+
+}  // namespace somas

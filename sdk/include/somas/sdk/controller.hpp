@@ -1,0 +1,44 @@
+// Controllers: what turns a cell's inputs into its outputs.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "somas/sdk/heritable.hpp"
+
+namespace somas {
+
+/// The cells of one (organism, state) as one contiguous range of lanes.
+/// in: Layout::input_channels rows; out: one row per Layout::outputs; memory: memory_per_cell rows.
+struct Batch {
+  std::uint32_t count = 0;
+  std::uint16_t organism = 0;
+  std::uint16_t state = 0;
+  Matrix<const float> in;
+  Matrix<float> memory;  ///< host-owned, zero at the founder's birth, copied at division
+  Matrix<float> out;     ///< write every channel; values outside [0, 1] are clamped by the host,
+                         ///< which still ranks saturated actions by the unclamped value
+};
+
+/// An expressed genome: immutable, called concurrently on disjoint batches.
+class Program {
+ public:
+  virtual ~Program() = default;
+  [[nodiscard]] virtual std::uint32_t memory_per_cell() const = 0;
+  /// Initialises the memory of a founder (which the host has zeroed).
+  virtual void start(const Batch&) const {}
+  /// One controller step of every lane. No allocation, no lane may depend on another.
+  virtual void step(const Batch& batch) const = 0;
+};
+
+class Controller {
+ public:
+  virtual ~Controller() = default;
+  [[nodiscard]] virtual const Heritable& heritable() const = 0;
+  /// Compiles genes that fit `layout` into a program. The caller owns it and destroys it before this
+  /// instance.
+  [[nodiscard]] virtual std::unique_ptr<Program> express(GenesView genes,
+                                                         const Layout& layout) const = 0;
+};
+
+}  // namespace somas

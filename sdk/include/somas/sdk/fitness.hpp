@@ -1,0 +1,36 @@
+// Fitness definitions: when to stop, and how well an organism did.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "somas/sdk/world.hpp"
+
+namespace somas {
+
+/// What became of one organism in one simulation.
+struct Outcome {
+  std::uint64_t survival = 0;     ///< steps; the step of the last death, or max_steps if censored
+  bool censored = false;          ///< still alive when the run was stopped
+  std::uint64_t divisions = 0;
+  std::uint64_t specializations = 0;
+  std::uint64_t refused_divisions = 0;  ///< by the cap on cells
+  std::uint32_t final_cells = 0;
+  std::uint32_t peak_cells = 0;
+  double cell_steps = 0;          ///< live cells summed over steps
+};
+
+class Fitness {
+ public:
+  virtual ~Fitness() = default;
+  virtual void declare(Declare&) {}
+  /// Name of the objective, for tables and progress ("survival"); larger is better.
+  [[nodiscard]] virtual std::string_view objective() const = 0;
+  /// At the end of every step; true stops the simulation (the living are then censored).
+  [[nodiscard]] virtual bool observe(World&) const { return false; }
+  /// The fitness of one organism in one trial; never NaN. The host averages over trials.
+  [[nodiscard]] virtual double score(const Outcome& outcome) const = 0;
+};
+
+}  // namespace somas

@@ -1,0 +1,81 @@
+// What evolves: a part whose genes the host keeps, copies, stores and hands back, without ever
+// looking inside.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "somas/sdk/layout.hpp"
+#include "somas/sdk/rng.hpp"
+
+namespace somas {
+
+/// One part's genes: canonical bytes, so that equal genes are equal bytes. The length counts as
+/// genome length where ties are broken by length.
+using Genes = std::vector<std::uint8_t>;
+using GenesView = std::span<const std::uint8_t>;
+
+/// Writes one JSON value; host-implemented. Inside a list, pass an empty key.
+class JsonWriter {
+ public:
+  virtual ~JsonWriter() = default;
+  virtual void open_object(std::string_view key) = 0;
+  virtual void open_list(std::string_view key) = 0;
+  virtual void close() = 0;
+  virtual void number(std::string_view key, double value) = 0;  ///< shortest exact decimal
+  virtual void integer(std::string_view key, std::int64_t value) = 0;
+  virtual void text(std::string_view key, std::string_view value) = 0;
+  /// A 64-bit key, as 16 hexadecimal digits (JSON numbers are doubles).
+  virtual void key64(std::string_view key, std::uint64_t value) = 0;
+};
+
+/// Reads one JSON value; host-implemented. Whatever is missing or of another type throws an
+/// exception that names the place; plugins let it pass.
+class JsonReader {
+ public:
+  virtual ~JsonReader() = default;
+  [[nodiscard]] virtual bool has(std::string_view key) const = 0;
+  [[nodiscard]] virtual const JsonReader& member(std::string_view key) const = 0;
+  [[nodiscard]] virtual std::size_t size() const = 0;  ///< of a list
+  [[nodiscard]] virtual const JsonReader& item(std::size_t i) const = 0;
+  [[nodiscard]] virtual double number() const = 0;
+  [[nodiscard]] virtual std::int64_t integer() const = 0;
+  [[nodiscard]] virtual std::string_view text() const = 0;
+  [[nodiscard]] virtual std::uint64_t key64() const = 0;
+};
+
+/// Implemented by controllers, and by specialization trees that evolve.
+///
+/// All calls are const, may run concurrently on one instance, and draw chance from `rng` alone, so
+/// that variation is a pure function of its arguments. Laws, checked by the host's tests: `random`
+/// and `conform` give genes that fit `layout`; `mutate` and `cross` of fitting genes fit; `cross` of
+/// a parent with itself is that parent; distance(a, a) = 0 and is symmetric; from_json(to_json(g))
+/// equals g to the last byte.
+class Heritable {
+ public:
+  virtual ~Heritable() = default;
+  /// Fresh random genes into `genes` (its old content is overwritten).
+  virtual void random(const Layout& layout, Rng& rng, Genes& genes) const = 0;
+  /// Makes genes of another layout fit this one: ports are matched by key, new ones drawn, lost ones
+  /// dropped. Leaves genes that already fit untouched.
+  virtual void conform(const Layout& layout, Rng& rng, Genes& genes) const = 0;
+  /// One mutation event, in place.
+  virtual void mutate(const Layout& layout, Rng& rng, Genes& genes) const = 0;
+  /// Offspring of two parents into `child`.
+  virtual void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
+                     Genes& child) const = 0;
+  /// How different two genomes are, >= 0; the scale is the part's own.
+  [[nodiscard]] virtual double distance(GenesView first, GenesView second) const = 0;
+  /// Members of one JSON object, for people and for exchange. Doubles survive exactly.
+  virtual void to_json(GenesView genes, JsonWriter& out) const = 0;
+  /// The inverse. Throws std::runtime_error on what it cannot use.
+  virtual void from_json(const JsonReader& in, Genes& genes) const = 0;
+  /// Throws std::runtime_error, saying why, unless the genes are well formed and fit `layout`.
+  virtual void check(const Layout& layout, GenesView genes) const = 0;
+};
+
+}  // namespace somas

@@ -1,0 +1,50 @@
+// Specialization trees: which states a cell can take, and what each state is good at.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "somas/sdk/heritable.hpp"
+#include "somas/sdk/world.hpp"
+
+namespace somas {
+
+/// A skill as trees see it: declared by the model or by an environment.
+struct SkillInfo {
+  std::string_view name;
+  SkillSpec spec;
+};
+
+/// One state (model, section 5).
+struct StateSpec {
+  std::string_view name;
+  std::uint64_t key = 0;           ///< stable; 0: derived from the name
+  std::uint16_t parent = no_state; ///< index of an earlier state; no_state for the first alone
+  double mass = 1;
+  double radius = 1;
+  double stiffness = 10;           ///< of the collision spring
+  double adhesion = 3;             ///< strength of the adhesion spring
+  double adhesion_range = 1.2;     ///< activation distance / (r1 + r2), >= 1
+  std::span<const double> skills;  ///< a value per SkillInfo, in that order
+};
+
+/// Takes the states in an order in which parents come before children; copies what it is given.
+class TreeSink {
+ public:
+  virtual ~TreeSink() = default;
+  virtual void add(const StateSpec& state) = 0;
+};
+
+class Specialization {
+ public:
+  virtual ~Specialization() = default;
+  /// The part that evolves; null for a fixed tree. Owned by this instance.
+  [[nodiscard]] virtual const Heritable* heritable() const { return nullptr; }
+  /// Emits the tree that the genes encode (empty for a fixed tree). `skills` lists what may be set,
+  /// in the order of StateSpec::skills. Throws ParameterError for a tree that cannot be.
+  virtual void grow(GenesView genes, std::span<const SkillInfo> skills, TreeSink& tree) const = 0;
+};
+
+}  // namespace somas
