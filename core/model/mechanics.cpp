@@ -47,8 +47,9 @@ inline Pair interact(const CellStore& cells, const Body& a, const Body& b, std::
 
   const double distance = std::sqrt(square);
   if (distance > coincident) {
-    pair.nx = dx / distance;
-    pair.ny = dy / distance;
+    const double inverse = 1.0 / distance;
+    pair.nx = dx * inverse;
+    pair.ny = dy * inverse;
   } else {
     std::tie(pair.nx, pair.ny) = arbitrary_direction(cells, i, j);
   }

@@ -19,8 +19,10 @@ class MechanicsSolver {
   /// All substeps of one step, then contacts, pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
-  /// Cells were added, removed, reordered or changed state.
+  /// Cells were added, reordered or changed state.
   void invalidate() { neighbours_.invalidate(); }
+  /// Cells were removed, the others kept their order.
+  void remap(std::span<const std::uint32_t> new_index) { neighbours_.remap(new_index); }
 
  private:
   void load(const WorldState& world);

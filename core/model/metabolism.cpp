@@ -86,7 +86,7 @@ void MetabolismSolver::convert(WorldState& world, const FloatMatrix& outputs) {
   CellStore& cells = world.cells;
   for (const CellRange& range : cells.ranges) {
     const float* wish = outputs.row(outputs_of(world, range).conversion);
-    double& burnt = world.organisms[range.organism].ledger.burnt;
+    Sum& burnt = world.organisms[range.organism].ledger.burnt;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
       const double amount = std::min(share(wish[i]) * cells.ambrosia[i], 1.0 - cells.energy[i]);
       cells.ambrosia[i] -= amount;
@@ -101,11 +101,16 @@ void MetabolismSolver::diffuse(WorldState& world, const FloatMatrix& outputs) {
   const Contacts& contacts = world.contacts;
   const std::size_t count = cells.size();
 
-  // Offers to each contact.
+  // Offers to each contact, and what states say of giving and taking.
   offer_.assign(count, 0.0);
+  efficiency_.resize(count);
+  room_.resize(count);
   for (const CellRange& range : cells.ranges) {
     const float* wish = outputs.row(outputs_of(world, range).diffusion);
+    const State& state = state_of(world, range);
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      efficiency_[i] = state.skill(skill_diffusion);
+      room_[i] = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
       const std::size_t receivers = contacts.of(i).size();
       if (receivers > 0)
         offer_[i] = share(wish[i]) * cells.ambrosia[i] / static_cast<double>(receivers);
@@ -113,25 +118,20 @@ void MetabolismSolver::diffuse(WorldState& world, const FloatMatrix& outputs) {
   }
 
   // What comes in, and the part of it that finds room; gains wait until every offer is settled.
-  accepted_.assign(2 * count, 0.0);
-  double* accepted = accepted_.data();
-  double* gain = accepted + count;
+  accepted_.resize(count);
+  gain_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     double incoming = 0;
-    for (const std::uint32_t j : contacts.of(i))
-      incoming += world.state_of(j).skill(skill_diffusion) * offer_[j];
-    const double room =
-        std::max(0.0, world.state_of(i).skill(skill_capacity) - cells.ambrosia[i]);
-    accepted[i] = incoming > room ? room / incoming : 1.0;
-    gain[i] = incoming > room ? room : incoming;
+    for (const std::uint32_t j : contacts.of(i)) incoming += efficiency_[j] * offer_[j];
+    accepted_[i] = incoming > room_[i] ? room_[i] / incoming : 1.0;
+    gain_[i] = incoming > room_[i] ? room_[i] : incoming;
   }
   for (const std::uint32_t i : cells.order) {
     double loss = 0;
     if (offer_[i] > 0)
-      for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted[j];
-    const double efficiency = world.state_of(i).skill(skill_diffusion);
-    cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain[i];
-    world.organisms[cells.organism[i]].ledger.lost_efficiency += loss * (1.0 - efficiency);
+      for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted_[j];
+    cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain_[i];
+    world.organisms[cells.organism[i]].ledger.lost_efficiency += loss * (1.0 - efficiency_[i]);
   }
 }
 
@@ -142,7 +142,7 @@ void MetabolismSolver::pay(const Ecosystem& ecosystem, WorldState& world) {
                                         costs.specialization_cost, costs.apoptosis_cost};
   for (const CellRange& range : cells.ranges) {
     const double efficiency = state_of(world, range).skill(skill_energy_efficiency);
-    double& spent = world.organisms[range.organism].ledger.spent;
+    Sum& spent = world.organisms[range.organism].ledger.spent;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
       const double cost = by_action[static_cast<std::size_t>(cells.action[i])] / efficiency;
       const double paid = std::min(cost, cells.energy[i]);

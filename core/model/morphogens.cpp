@@ -11,18 +11,21 @@ constexpr float negligible = 1e-6f;
 constexpr float at_centre = 1e-6f;
 constexpr double sqrt_two = 1.4142135623730951;
 
+/// std::max by value: a select that vectorises.
+inline float greater(float a, float b) { return a > b ? a : b; }
+
 /// One row of a sweep. The factors are not negative, so scaling the greatest neighbour is scaling
 /// them all. Pointers are to the first column; rows are padded on both sides.
 void sweep_row(const float* __restrict below, const float* __restrict row,
                const float* __restrict above, float* __restrict out, std::ptrdiff_t count,
                float straight, float diagonal) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const float ns = std::max(below[i], above[i]);
-    const float we = std::max(row[i - 1], row[i + 1]);
-    const float low = std::max(below[i - 1], below[i + 1]);
-    const float high = std::max(above[i - 1], above[i + 1]);
-    const float offered = std::max(std::max(ns, we) * straight, std::max(low, high) * diagonal);
-    const float kept = std::max(row[i], offered);
+    const float ns = greater(below[i], above[i]);
+    const float we = greater(row[i - 1], row[i + 1]);
+    const float low = greater(below[i - 1], below[i + 1]);
+    const float high = greater(above[i - 1], above[i + 1]);
+    const float offered = greater(greater(ns, we) * straight, greater(low, high) * diagonal);
+    const float kept = greater(row[i], offered);
     out[i] = kept < negligible ? 0.0f : kept;
   }
 }

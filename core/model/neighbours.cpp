@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/cells.hpp"
+
 namespace somas::model {
 
 namespace {
 
 constexpr std::uint32_t most_bins_per_side = 4096;
+// Bins finer than the reach waste fewer candidates in the corners.
+constexpr std::uint32_t bins_per_reach = 2;
 
 }  // namespace
 
@@ -21,6 +25,21 @@ bool NeighbourLists::stale(std::span<const Body> bodies) const {
     greatest = std::max(greatest, std::sqrt(dx * dx + dy * dy) + growth);
   }
   return !(2.0 * greatest < skin_);  // also true for a NaN position
+}
+
+void NeighbourLists::remap(std::span<const std::uint32_t> new_index) {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < built_.size(); ++i) {
+    if (new_index[i] == gone) continue;
+    std::uint32_t count = 0;
+    for (const std::uint32_t j : of(i))
+      if (new_index[j] != gone) slots_[kept * capacity_ + count++] = new_index[j];
+    counts_[kept] = count;
+    built_[kept] = built_[i];
+    ++kept;
+  }
+  counts_.resize(kept);
+  built_.resize(kept);
 }
 
 void NeighbourLists::build(std::span<const Body> bodies, std::span<const std::uint32_t> order,
@@ -55,7 +74,7 @@ void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
     bottom_ = std::min(bottom_, body.y), top = std::max(top, body.y);
   }
   const double longest = std::max(right - left_, top - bottom_);
-  bin_side_ = std::max(reach, longest / most_bins_per_side);
+  bin_side_ = std::max(reach / bins_per_reach, longest / most_bins_per_side);
   columns_ = static_cast<std::uint32_t>((right - left_) / bin_side_) + 1;
   rows_ = static_cast<std::uint32_t>((top - bottom_) / bin_side_) + 1;
 
@@ -87,16 +106,23 @@ bool NeighbourLists::fill(std::span<const Body> bodies, std::span<const std::uin
   for (const std::uint32_t j : order) {
     const Body& body = bodies[j];
     const std::uint32_t column = bin_of_[j] % columns_, row = bin_of_[j] / columns_;
-    const std::uint32_t first_column = column - std::min(column, 1u);
-    const std::uint32_t last_column = std::min(column + 1, columns_ - 1);
-    for (std::uint32_t r = row - std::min(row, 1u); r <= std::min(row + 1, rows_ - 1); ++r) {
+    const std::uint32_t first_column = column - std::min(column, bins_per_reach);
+    const std::uint32_t last_column = std::min(column + bins_per_reach, columns_ - 1);
+    const std::uint32_t last_row = std::min(row + bins_per_reach, rows_ - 1);
+    for (std::uint32_t r = row - std::min(row, bins_per_reach); r <= last_row; ++r) {
       const std::uint32_t begin = bin_start_[r * columns_ + first_column];
       const std::uint32_t end = bin_start_[r * columns_ + last_column + 1];
+      // Most candidates fail: collect the others without branching on each.
+      found_.resize(std::max<std::size_t>(found_.size(), end - begin));
+      std::size_t found = 0;
       for (std::uint32_t k = begin; k < end; ++k) {
         const double dx = bin_bodies_[k].x - body.x, dy = bin_bodies_[k].y - body.y;
         const double reach = growth_reach_ * (bin_bodies_[k].radius + body.radius) + skin;
-        if (dx * dx + dy * dy >= reach * reach) continue;
-        const std::uint32_t i = bin_items_[k];
+        found_[found] = bin_items_[k];
+        found += dx * dx + dy * dy < reach * reach ? 1 : 0;
+      }
+      for (std::size_t f = 0; f < found; ++f) {
+        const std::uint32_t i = found_[f];
         if (i == j) continue;
         if (counts_[i] == capacity_) return false;
         slots_[i * capacity_ + counts_[i]++] = j;

@@ -25,6 +25,8 @@ class NeighbourLists {
   /// Whether a pair may have come within reach that the lists do not hold.
   [[nodiscard]] bool stale(std::span<const Body> bodies) const;
   void invalidate() { valid_ = false; }
+  /// Bodies were removed, the others kept their order: `new_index` by old index, `gone` if removed.
+  void remap(std::span<const std::uint32_t> new_index);
 
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t body) const {
     return {slots_.data() + body * capacity_, counts_[body]};
@@ -47,7 +49,7 @@ class NeighbourLists {
   // The grid of bins: bodies of bin b are bin_items_[bin_start_[b]] .. bin_items_[bin_start_[b+1]].
   double left_ = 0, bottom_ = 0, bin_side_ = 1;
   std::uint32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> bin_of_, bin_start_, bin_items_;
+  std::vector<std::uint32_t> bin_of_, bin_start_, bin_items_, found_;
   std::vector<Built> bin_bodies_;
 };
 

@@ -61,7 +61,7 @@ void Simulation::found(std::span<const RosterEntry> roster) {
     organism.ledger.founder_ambrosia = cells.ambrosia[i];
     organism.outcome.peak_cells = 1;
   }
-  reorganise({});
+  reorganise();
   state_.contacts.start.assign(cells.size() + 1, 0);
 }
 
@@ -76,7 +76,7 @@ bool Simulation::step() {
   const std::uint32_t count = state_.cells.size();
   const bool changed = cycle_.advance(ecosystem_, state_);
   deposit(count);
-  if (changed) reorganise({});
+  if (changed) reorganise();
   move();
   view_.act(Phase::stress);
   bury();
@@ -171,13 +171,13 @@ void Simulation::deposit(std::uint32_t count) {
   }
 }
 
-void Simulation::reorganise(std::span<const std::uint8_t> remove) {
-  reorganiser_.run(state_.cells, remove);
+void Simulation::reorganise() {
+  reorganiser_.run(state_.cells, {});
   mechanics_.invalidate();
 }
 
 void Simulation::restructured() {
-  reorganise({});
+  reorganise();
   state_.contacts.start.assign(state_.cells.size() + 1, 0);
   state_.contacts.items.clear();
   for (OrganismState& organism : state_.organisms) organism.live = 0;
@@ -211,7 +211,8 @@ void Simulation::bury() {
     if (--organism.live == 0) organism.outcome.survival = state_.step;
   }
   if (!any) return;
-  reorganise(cells.dead);
+  reorganiser_.run(cells, cells.dead);
+  mechanics_.remap(reorganiser_.new_index());
   state_.contacts.remap(reorganiser_.new_index());
 }
 

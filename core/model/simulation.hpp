@@ -59,7 +59,7 @@ class Simulation {
   void sense();
   void control();
   void deposit(std::uint32_t count);
-  void reorganise(std::span<const std::uint8_t> remove);
+  void reorganise();
   void move();
   void bury();
   void end_step();

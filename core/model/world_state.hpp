@@ -29,22 +29,42 @@ class TableStore final : public Table {
   std::vector<std::vector<double>> columns_;
 };
 
+/// A running sum that keeps the rounding error of every addition (Neumaier), so that books over
+/// millions of additions still balance to the last digits.
+class Sum {
+ public:
+  Sum() = default;
+  explicit Sum(double start) : sum_(start) {}
+  Sum& operator+=(double x) {
+    const double next = sum_ + x;
+    const bool sum_is_larger = (sum_ < 0 ? -sum_ : sum_) >= (x < 0 ? -x : x);
+    error_ += sum_is_larger ? (sum_ - next) + x : (x - next) + sum_;
+    sum_ = next;
+    return *this;
+  }
+  [[nodiscard]] double value() const { return sum_ + error_; }
+
+ private:
+  double sum_ = 0, error_ = 0;
+};
+
 /// Where an organism's ambrosia and energy came from and went to, summed over its life. The books
-/// (section 2): founder_ambrosia + taken = stored + burnt + lost_*, and
+/// (section 2): founder_ambrosia + taken = stored + burnt + lost(), and
 /// founder_energy + burnt = energy stored + spent + energy_lost.
 struct Ledger {
   double founder_ambrosia = 0, founder_energy = 0;
-  double taken = 0;             ///< from resources into ambrosia
-  double burnt = 0;             ///< ambrosia turned into energy
-  double lost_efficiency = 0;   ///< in diffusion and apoptosis, by the giver's efficiency
-  double lost_overflow = 0;     ///< above a capacity: at specialization, at apoptosis gifts
-  double lost_death = 0;        ///< with cells that died inside the world
-  double lost_outside = 0;      ///< with cells that left it
-  double spent = 0;             ///< energy paid for actions
-  double energy_lost = 0;       ///< with cells that died or left
+  Sum taken;            ///< from resources into ambrosia
+  Sum burnt;            ///< ambrosia turned into energy
+  Sum lost_efficiency;  ///< in diffusion and apoptosis, by the giver's efficiency
+  Sum lost_overflow;    ///< above a capacity: at specialization, at apoptosis gifts
+  Sum lost_death;       ///< with cells that died inside the world
+  Sum lost_outside;     ///< with cells that left it
+  Sum spent;            ///< energy paid for actions
+  Sum energy_lost;      ///< with cells that died or left
 
   [[nodiscard]] double lost() const {
-    return lost_efficiency + lost_overflow + lost_death + lost_outside;
+    return lost_efficiency.value() + lost_overflow.value() + lost_death.value() +
+           lost_outside.value();
   }
 };
 
