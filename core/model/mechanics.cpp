@@ -12,7 +12,7 @@ namespace somas::model {
 namespace {
 
 // Extra reach of the lists: larger means fewer rebuilds and more pairs to pass over.
-constexpr double skin = 0.4;
+constexpr double skin = 0.25;
 constexpr double coincident = 1e-12;
 
 struct Pair {

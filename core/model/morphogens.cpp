@@ -67,9 +67,10 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   Box& box = boxes_[kind];
   std::vector<float>& now = now_[kind];
   const auto keep = static_cast<float>(1.0 - morphogen.evaporation);
+  const auto old_width = static_cast<std::ptrdiff_t>(box.right - box.left + 1);
   for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
     float* values = now.data() + index(box.left, row);
-    for (std::uint32_t i = 0; i <= box.right - box.left; ++i) values[i] *= keep;
+    for (std::ptrdiff_t i = 0; i < old_width; ++i) values[i] *= keep;
   }
 
   // What is there spreads by one square; outside the box both buffers are 0.
