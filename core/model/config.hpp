@@ -57,10 +57,10 @@ struct Config {
   std::uint64_t max_steps = 3000;
   std::uint32_t max_cells = 250;    ///< live + dividing, per organism
   std::uint32_t warm_up_steps = 25; ///< controller steps of a founder before step 0
-  MorphogenGrid morphogens;
-  Mechanics mechanics;
-  Metabolism metabolism;
-  Cycle cycle;
+  MorphogenGrid morphogens{};
+  Mechanics mechanics{};
+  Metabolism metabolism{};
+  Cycle cycle{};
 };
 
 }  // namespace somas::model

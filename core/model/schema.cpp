@@ -43,8 +43,9 @@ Schema core_schema() {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   schema.skills = {
       {"capacity", {.fallback = 0, .minimum = 0, .maximum = infinity, .cost = 1}},
-      {"diffusion", {.fallback = 1, .minimum = 0, .maximum = 1, .cost = 1}},
-      {"energy_efficiency", {.fallback = 1, .minimum = 1e-3, .maximum = infinity, .cost = 1}},
+      // Free under a budget, as the sums of points of the paper's own states have it (section 5).
+      {"diffusion", {.fallback = 1, .minimum = 0, .maximum = 1, .cost = 0}},
+      {"energy_efficiency", {.fallback = 1, .minimum = 1e-3, .maximum = infinity, .cost = 0}},
   };
   schema.causes = {"starvation", "apoptosis", "outside"};
   return schema;

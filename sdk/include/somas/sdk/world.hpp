@@ -112,10 +112,12 @@ struct Grid {
     return static_cast<std::int64_t>(row) * spec.columns + static_cast<std::int64_t>(column);
   }
   [[nodiscard]] double centre_x(std::size_t index) const {
-    return spec.left + (static_cast<double>(index % spec.columns) + 0.5) * spec.side;
+    const std::size_t column = index % spec.columns;
+    return spec.left + (static_cast<double>(column) + 0.5) * spec.side;
   }
   [[nodiscard]] double centre_y(std::size_t index) const {
-    return spec.bottom + (static_cast<double>(index / spec.columns) + 0.5) * spec.side;
+    const std::size_t row = index / spec.columns;
+    return spec.bottom + (static_cast<double>(row) + 0.5) * spec.side;
   }
 };
 

@@ -1,0 +1,65 @@
+#include "plugins/environments/common/nutrient_field.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace somas::environments {
+
+bool Region::contains(double x, double y) const {
+  switch (shape) {
+    case Shape::square:
+      return std::abs(x) <= size && std::abs(y) <= size;
+    case Shape::disc:
+      return x * x + y * y <= size * size;
+    default:
+      return true;
+  }
+}
+
+void NutrientField::declare(Declare& declare, const PatchParameters& parameters,
+                            const Region& region) {
+  const auto resolution = static_cast<std::uint32_t>(parameters.resolution);
+  GridSpec spec;
+  spec.columns = spec.rows = resolution;
+  spec.side = parameters.side;
+  spec.left = spec.bottom = -0.5 * parameters.side * resolution;
+
+  // The capacity of each patch says all about the region.
+  const Grid layout{{}, spec};
+  capacity_.resize(std::size_t{resolution} * resolution);
+  for (std::size_t i = 0; i < capacity_.size(); ++i)
+    capacity_[i] =
+        region.contains(layout.centre_x(i), layout.centre_y(i)) ? parameters.capacity : 0;
+  if (std::all_of(capacity_.begin(), capacity_.end(), [](double c) { return c == 0; }))
+    throw ParameterError(region.shape == Region::Shape::disc ? "radius" : "half_side",
+                         "the region is too small: no patch has its centre inside");
+
+  regeneration_ = parameters.regeneration;
+  grid_ = declare.grid("content", spec);
+  sensor_ = declare.sensor(declare.instance());
+  declare.resource(declare.instance(), grid_, declare.skill(parameters.production_skill, {}));
+}
+
+void NutrientField::set(World& world, double level) const {
+  const Grid grid = world.grid(grid_);
+  for (std::size_t i = 0; i < capacity_.size(); ++i) grid.values[i] = std::min(level, capacity_[i]);
+}
+
+void NutrientField::regenerate(World& world) const {
+  const Grid grid = world.grid(grid_);
+  for (std::size_t i = 0; i < capacity_.size(); ++i)
+    grid.values[i] = std::min(grid.values[i] + regeneration_, capacity_[i]);
+}
+
+void NutrientField::sense(World& world) const {
+  const Grid grid = world.grid(grid_);
+  const Cells& cells = world.cells();
+  const std::span<float> sensed = world.sensor(sensor_);
+  for (std::uint32_t i = 0; i < cells.count; ++i) {
+    const std::int64_t patch = grid.index_of(cells.x[i], cells.y[i]);
+    const double capacity = patch < 0 ? 0 : capacity_[patch];
+    sensed[i] = capacity > 0 ? static_cast<float>(grid.values[patch] / capacity) : 0.0f;
+  }
+}
+
+}  // namespace somas::environments

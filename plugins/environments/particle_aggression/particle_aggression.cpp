@@ -1,0 +1,145 @@
+#include "plugins/environments/particle_aggression/particle_aggression.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "somas/sdk/math.hpp"
+
+namespace somas::environments {
+
+namespace {
+
+constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
+
+/// The rows of the table; valid until it is resized. Velocities are per step.
+struct Particles {
+  explicit Particles(Table& t)
+      : x(t.column(0)), y(t.column(1)), vx(t.column(2)), vy(t.column(3)), energy(t.column(4)) {}
+  std::span<double> x, y, vx, vy, energy;
+};
+
+/// Memory for one call of `act`. An instance serves several threads and is const, so each thread
+/// has its own; it carries nothing from call to call but its capacity.
+struct Scratch {
+  std::vector<Segment> paths;
+  std::vector<std::int32_t> hits;
+};
+
+Scratch& scratch(std::size_t rows) {
+  thread_local Scratch memory;
+  memory.paths.resize(rows);
+  memory.hits.resize(rows);
+  return memory;
+}
+
+/// Puts particle `i` on the circle at an even angle, headed for a point near the centre.
+void launch(const Particles& p, std::size_t i, double radius, double speed, double spread,
+            Rng rng) {
+  const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
+  const auto [aim_x, aim_y] = rng.normals();
+  p.x[i] = radius * angle.cos;
+  p.y[i] = radius * angle.sin;
+  double dx = spread * aim_x - p.x[i];
+  double dy = spread * aim_y - p.y[i];
+  double distance = std::sqrt(dx * dx + dy * dy);
+  // Aimed at where it stands: no direction, so take the centre's.
+  if (distance == 0) {
+    dx = -p.x[i];
+    dy = -p.y[i];
+    distance = radius;
+  }
+  p.vx[i] = speed * (dx / distance);
+  p.vy[i] = speed * (dy / distance);
+}
+
+}  // namespace
+
+void ParticleAggression::declare(Declare& declare) {
+  spawn_radius_ = parameters_.spawn_radius.value_or(declare.world().radius);
+  check_number(declare.world().max_steps);
+  particles_ = declare.table("particles", column_names);
+  due_ = declare.scalar("due", 0);
+  serial_ = declare.scalar("serial", 0);
+  hazard_ = declare.hazard(declare.instance(), declare.skill(parameters_.resistance_skill, {}));
+  purpose_ = declare.purpose("emission");
+  declare.acts_in(Phase::stress);
+}
+
+double ParticleAggression::rate(double t) const {
+  return parameters_.rate_scale * (parameters_.rate_constant +
+                                   (parameters_.rate_linear + parameters_.rate_quadratic * t) * t);
+}
+
+/// Refuses what would fill the memory: the rate is greatest at the end, and a particle crosses the
+/// circle in at most 2 radii / speed steps.
+void ParticleAggression::check_number(std::uint64_t max_steps) const {
+  const auto start = static_cast<std::uint64_t>(parameters_.start);
+  if (start >= max_steps) return;
+  const double last = rate(static_cast<double>(max_steps - 1 - start));
+  if (!(last * (2 * spawn_radius_ / parameters_.speed + 1) <= 1e7))
+    throw ParameterError("rate_scale",
+                         "more than ten million particles at a time could be in flight at the "
+                         "last step; lower the rate, raise 'speed' or shorten the run");
+}
+
+void ParticleAggression::act(Phase, World& world) const {
+  if (world.step() < static_cast<std::uint64_t>(parameters_.start)) return;
+  emit(world);
+  fly(world);
+}
+
+void ParticleAggression::emit(World& world) const {
+  // Whole particles fly, the rest is carried over.
+  double& due = world.scalar(due_);
+  due += rate(static_cast<double>(world.step() - static_cast<std::uint64_t>(parameters_.start)));
+  const double whole = std::floor(due);
+  due -= whole;
+
+  Table& table = world.table(particles_);
+  const std::uint32_t old_rows = table.rows();
+  table.resize(old_rows + static_cast<std::uint32_t>(whole));
+
+  // A particle's chance hangs on its number alone.
+  double& serial = world.scalar(serial_);
+  const Particles p(table);
+  for (std::uint32_t i = old_rows; i < table.rows(); ++i) {
+    launch(p, i, spawn_radius_, parameters_.speed, parameters_.aim_spread,
+           world.rng(purpose_, static_cast<std::uint64_t>(serial)));
+    p.energy[i] = parameters_.energy;
+    serial += 1;
+  }
+}
+
+void ParticleAggression::fly(World& world) const {
+  Table& table = world.table(particles_);
+  const Particles p(table);
+  const std::uint32_t rows = table.rows();
+
+  // Which cell does each one meet on its way?
+  auto& [paths, hits] = scratch(rows);
+  for (std::uint32_t i = 0; i < rows; ++i)
+    paths[i] = {p.x[i], p.y[i], p.x[i] + p.vx[i], p.y[i] + p.vy[i]};
+  world.first_hit(paths, hits);
+
+  // Strike, drop those that are spent or gone past the far side, close the ranks in order.
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < rows; ++i) {
+    if (hits[i] >= 0) {
+      world.strike(static_cast<std::uint32_t>(hits[i]), hazard_, p.energy[i]);
+      continue;
+    }
+    const double x = paths[i].x1;
+    const double y = paths[i].y1;
+    const bool beyond = x * x + y * y > spawn_radius_ * spawn_radius_;
+    if (beyond && x * p.vx[i] + y * p.vy[i] > 0) continue;
+    p.x[kept] = x;
+    p.y[kept] = y;
+    p.vx[kept] = p.vx[i];
+    p.vy[kept] = p.vy[i];
+    p.energy[kept] = p.energy[i];
+    ++kept;
+  }
+  table.resize(kept);
+}
+
+}  // namespace somas::environments

@@ -1,0 +1,366 @@
+#include "plugins/environments/particle_aggression/particle_aggression.hpp"
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "tests/plugins/environments/fake_world.hpp"
+
+namespace {
+std::atomic<std::uint64_t> allocations{0};
+}
+
+// Counts what the whole test program allocates. (Inlined, gcc takes new and free for a mismatch.)
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace somas::environments {
+namespace {
+
+using testing::ElementsAre;
+using testing::ElementsAreArray;
+using testing::Pair;
+
+using Parameters = ParticleAggression::Parameters;
+
+/// `count` particles a step, from the first step on.
+Parameters steady(double count) {
+  Parameters parameters;
+  parameters.rate_constant = count;
+  parameters.rate_linear = parameters.rate_quadratic = 0;
+  return parameters;
+}
+
+struct Particle {
+  double x, y, vx, vy, energy;
+  bool operator==(const Particle&) const = default;
+};
+
+std::vector<Particle> particles(FakeWorld& world) {
+  Table& table = world.table(0);
+  std::vector<Particle> list;
+  for (std::uint32_t i = 0; i < table.rows(); ++i)
+    list.push_back({table.column(0)[i], table.column(1)[i], table.column(2)[i], table.column(3)[i],
+                    table.column(4)[i]});
+  return list;
+}
+
+double emitted(FakeWorld& world) { return world.scalar(1); }
+
+void run(Stage<ParticleAggression>& stage, std::uint64_t first, std::uint64_t end) {
+  for (std::uint64_t step = first; step < end; ++step) stage.step(step);
+}
+
+/// The sum of the rate over t = 0 ... n - 1, in closed form.
+double due_after(const Parameters& p, double n) {
+  return p.rate_scale * (p.rate_constant * n + p.rate_linear * n * (n - 1) / 2 +
+                         p.rate_quadratic * n * (n - 1) * (2 * n - 1) / 6);
+}
+
+/// Particles as they were launched: many, on a circle so wide that the offset of a line of flight
+/// from the centre is the aim's, along the axis across the flight.
+std::vector<Particle> launched(double radius, double speed) {
+  Parameters parameters = steady(20000);
+  parameters.spawn_radius = radius;
+  parameters.speed = speed;
+  Stage<ParticleAggression> stage(parameters, 7, {}, 1);
+  stage.step(0);
+  std::vector<Particle> list = particles(stage.world);
+  for (Particle& p : list) {
+    p.x -= p.vx;
+    p.y -= p.vy;
+  }
+  return list;
+}
+
+TEST(ParticleAggression, HasTheParametersThatExperimentsName) {
+  EXPECT_THAT(parameter_names<Parameters>(),
+              ElementsAre("spawn_radius", "speed", "aim_spread", "energy", "start", "rate_scale",
+                          "rate_constant", "rate_linear", "rate_quadratic", "resistance_skill"));
+}
+
+TEST(ParticleAggression, DeclaresAHazardNamedLikeTheInstanceAndItsResistance) {
+  Stage<ParticleAggression> stage({.resistance_skill = "armour"});
+  const FakeDeclare& d = stage.declared;
+  EXPECT_THAT(d.phases, ElementsAre(Phase::stress));
+  EXPECT_THAT(d.skills, ElementsAre("armour"));
+  EXPECT_EQ(d.skill_specs[0].fallback, 0);
+  ASSERT_EQ(d.hazards.size(), 1u);
+  EXPECT_EQ(d.hazards[0].name, "it");
+  EXPECT_EQ(d.hazards[0].skill, 0u);
+  EXPECT_THAT(d.tables, ElementsAre(ElementsAre("x", "y", "vx", "vy", "energy")));
+}
+
+TEST(ParticleAggression, RateIsThatOfTheModel) {
+  const ParticleAggression environment(Parameters{});
+  EXPECT_DOUBLE_EQ(environment.rate(0), 0.5);
+  EXPECT_DOUBLE_EQ(environment.rate(100), 0.5 + 0.4 + 0.2);
+  EXPECT_DOUBLE_EQ(environment.rate(1000), 0.5 + 4 + 20);
+  EXPECT_DOUBLE_EQ(ParticleAggression({.rate_scale = 0.25}).rate(1000), 24.5 / 4);
+}
+
+TEST(ParticleAggression, EmitsTheWholePartOfWhatIsDueAtEveryStep) {
+  for (const double scale : {1.0, 0.37, 2.0}) {
+    const Parameters parameters{.rate_scale = scale};
+    Stage<ParticleAggression> stage(parameters);
+    for (std::uint64_t step = 0; step < 1000; ++step) {
+      stage.step(step);
+      const double due = due_after(parameters, static_cast<double>(step + 1));
+      // Rounding may move a particle to the next step where a whole number falls due.
+      EXPECT_LE(emitted(stage.world), due + 1e-6);
+      EXPECT_GT(emitted(stage.world), due - 1 - 1e-6);
+    }
+  }
+  Stage<ParticleAggression> stage({});
+  run(stage, 0, 1000);
+  EXPECT_EQ(emitted(stage.world), 9154);  // 500 + 1998 + 6656.67
+}
+
+TEST(ParticleAggression, CountsTimeFromItsStart) {
+  Stage<ParticleAggression> early({});
+  Stage<ParticleAggression> late({.start = 450});
+  run(late, 0, 450);
+  EXPECT_EQ(emitted(late.world), 0);
+  EXPECT_EQ(late.world.first_hit_calls, 0);
+  run(early, 0, 300);
+  run(late, 450, 750);
+  EXPECT_EQ(emitted(late.world), emitted(early.world));
+}
+
+TEST(ParticleAggression, StartsOnTheCircleAtAnEvenAngle) {
+  const std::vector<Particle> list = launched(60, 0.5);
+  ASSERT_EQ(list.size(), 20000u);
+  std::vector<int> sectors(8);
+  for (const Particle& p : list) {
+    EXPECT_NEAR(std::hypot(p.x, p.y), 60, 1e-12);
+    const double turn = std::atan2(p.y, p.x) / math::two_pi + 0.5;
+    ++sectors[static_cast<std::size_t>(std::min(7.0, 8 * turn))];
+  }
+  // 2,500 are expected; the standard deviation is 47.
+  for (const int count : sectors) EXPECT_NEAR(count, 2500, 235);
+}
+
+TEST(ParticleAggression, StartsOnTheEdgeOfTheWorldUnlessToldOtherwise) {
+  Stage<ParticleAggression> stage(steady(10));
+  stage.step(0);
+  for (const Particle& p : particles(stage.world))
+    EXPECT_NEAR(std::hypot(p.x - p.vx, p.y - p.vy), stage.info.radius, 1e-12);
+}
+
+TEST(ParticleAggression, AimsNormallyRoundTheCentre) {
+  double sum = 0, squares = 0, inside = 0;
+  const std::vector<Particle> list = launched(1e7, 1e6);
+  for (const Particle& p : list) {
+    const double offset = (p.x * p.vy - p.y * p.vx) / 1e6;
+    sum += offset;
+    squares += offset * offset;
+    inside += std::abs(offset) < 12 ? 1 : 0;
+  }
+  // Bounds of five standard errors, n = 20,000.
+  const auto n = static_cast<double>(list.size());
+  EXPECT_NEAR(sum / n, 0, 0.42);
+  EXPECT_NEAR(std::sqrt(squares / n), 12, 0.3);
+  EXPECT_NEAR(inside / n, 0.6827, 0.0165);
+}
+
+TEST(ParticleAggression, FliesStraightAtItsSpeed) {
+  Stage<ParticleAggression> stage(steady(5));
+  stage.step(0);
+  const std::vector<Particle> before = particles(stage.world);
+  stage.step(1);
+  const std::vector<Particle> after = particles(stage.world);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_NEAR(std::hypot(before[i].vx, before[i].vy), 0.5, 1e-15);
+    EXPECT_EQ(after[i].x, before[i].x + before[i].vx);
+    EXPECT_EQ(after[i].y, before[i].y + before[i].vy);
+    EXPECT_EQ(after[i].vx, before[i].vx);
+    EXPECT_EQ(after[i].vy, before[i].vy);
+  }
+}
+
+TEST(ParticleAggression, LeavesPastTheFarSide) {
+  // Through the centre: 120 at 0.5 a step, and one step more at most.
+  Parameters parameters = steady(1);
+  parameters.aim_spread = 0;
+  Stage<ParticleAggression> stage(parameters);
+  run(stage, 0, 239);
+  EXPECT_EQ(particles(stage.world).size(), 239u);
+  run(stage, 239, 600);
+  EXPECT_GE(particles(stage.world).size(), 239u);
+  EXPECT_LE(particles(stage.world).size(), 241u);
+}
+
+TEST(ParticleAggression, NoneRemainsALifetimeAfterTheLastWasEmitted) {
+  Stage<ParticleAggression> stage(steady(7));
+  run(stage, 0, 300);
+  EXPECT_GT(particles(stage.world).size(), 1000u);
+
+  // The state is the world's, so another instance can go on with it, one that emits nothing.
+  ParticleAggression silent({.rate_scale = 0});
+  FakeDeclare declared(stage.info, "it");
+  silent.declare(declared);
+  for (std::uint64_t step = 300; step < 300 + 241; ++step) {
+    stage.world.set_step(step);
+    silent.act(Phase::stress, stage.world);
+  }
+  EXPECT_TRUE(particles(stage.world).empty());
+}
+
+TEST(ParticleAggression, KeepsTheOrderOfEmission) {
+  Stage<ParticleAggression> stage({}, 3, {{.x = 5}, {.x = -10, .y = 3, .id = 1}});
+  run(stage, 0, 250);
+  const std::vector<Particle> before = particles(stage.world);
+  stage.step(250);
+  const std::vector<Particle> after = particles(stage.world);
+  // What is left of `before` comes first, in the same order (a velocity names a particle).
+  std::size_t next = 0;
+  for (const Particle& p : before)
+    if (next < after.size() && after[next].vx == p.vx && after[next].vy == p.vy) ++next;
+  std::size_t fresh = 0;
+  for (const Particle& p : after)
+    if (std::abs(std::hypot(p.x - p.vx, p.y - p.vy) - 60) < 1e-9) ++fresh;
+  EXPECT_EQ(next + fresh, after.size());
+}
+
+TEST(ParticleAggression, SameSeedGivesTheSameParticles) {
+  Stage<ParticleAggression> one({}, 11), same({}, 11), other({}, 12);
+  run(one, 0, 200);
+  run(same, 0, 200);
+  run(other, 0, 200);
+  EXPECT_EQ(particles(one.world), particles(same.world));
+  EXPECT_NE(particles(one.world), particles(other.world));
+}
+
+TEST(ParticleAggression, AHitDoesNotChangeTheOtherParticles) {
+  Stage<ParticleAggression> empty({}, 5);
+  Stage<ParticleAggression> struck({}, 5, {{.radius = 3}});
+  run(empty, 0, 240);
+  run(struck, 0, 240);
+  const std::vector<Particle> all = particles(empty.world);
+  const std::vector<Particle> left = particles(struck.world);
+  EXPECT_LT(left.size(), all.size());
+  std::size_t found = 0;
+  for (const Particle& p : all)
+    if (found < left.size() && left[found] == p) ++found;
+  EXPECT_EQ(found, left.size());
+}
+
+TEST(ParticleAggression, DoesNotDependOnTheOrderOfCells) {
+  std::vector<FakeCell> cells;
+  for (std::uint64_t id = 0; id < 30; ++id)
+    cells.push_back({.x = 1.5 * static_cast<double>(id % 6) - 4,
+                     .y = 1.5 * static_cast<double>(id / 6) - 3,
+                     .id = id});
+  Stage<ParticleAggression> straight({}, 2, cells);
+  std::reverse(cells.begin(), cells.end());
+  std::swap(cells[3], cells[17]);
+  Stage<ParticleAggression> shuffled({}, 2, cells);
+  run(straight, 0, 400);
+  run(shuffled, 0, 400);
+  EXPECT_GT(straight.world.strikes.size(), 50u);
+  EXPECT_EQ(straight.world.strikes, shuffled.world.strikes);
+  EXPECT_EQ(particles(straight.world), particles(shuffled.world));
+}
+
+TEST(ParticleAggression, IsSpentOnTheCellItHits) {
+  // One particle, at step 0, through the centre.
+  Parameters parameters = steady(1);
+  parameters.aim_spread = 0;
+  parameters.energy = 2.5;
+  Stage<ParticleAggression> stage(parameters, 1, {{.id = 42}}, 1);
+  stage.step(0);
+  ParticleAggression silent({.aim_spread = 0, .energy = 9, .rate_scale = 0});
+  FakeDeclare declared(stage.info, "it");
+  silent.declare(declared);
+
+  // 59 away from the disc: not before step 117, not after step 118.
+  for (std::uint64_t step = 1; step < 117; ++step) {
+    stage.world.set_step(step);
+    silent.act(Phase::stress, stage.world);
+  }
+  EXPECT_TRUE(stage.world.strikes.empty());
+  EXPECT_EQ(particles(stage.world).size(), 1u);
+  for (std::uint64_t step = 117; step < 300; ++step) {
+    stage.world.set_step(step);
+    silent.act(Phase::stress, stage.world);
+  }
+  EXPECT_THAT(stage.world.strikes, ElementsAre(Strike{42, 2.5}));
+  EXPECT_TRUE(particles(stage.world).empty());
+}
+
+TEST(ParticleAggression, CannotTunnelThroughACellInOneStep) {
+  Parameters parameters = steady(1);
+  parameters.aim_spread = 0;
+  parameters.speed = 1000;
+  Stage<ParticleAggression> stage(parameters, 1, {{.radius = 0.1, .id = 3}});
+  stage.step(0);
+  EXPECT_THAT(stage.world.strikes, ElementsAre(Strike{3, 1.0}));
+  EXPECT_TRUE(particles(stage.world).empty());
+}
+
+TEST(ParticleAggression, AsksForAllHitsOfAStepAtOnce) {
+  Stage<ParticleAggression> stage(steady(3));
+  run(stage, 0, 50);
+  EXPECT_EQ(stage.world.first_hit_calls, 50);
+}
+
+TEST(ParticleAggression, AimedAtItsOwnPlaceItFliesToTheCentre) {
+  // So small a circle that the squared distance to the aim underflows to zero.
+  Parameters parameters = steady(100);
+  parameters.aim_spread = 0;
+  parameters.spawn_radius = 1e-300;
+  Stage<ParticleAggression> stage(parameters, 1, {}, 1);
+  stage.step(0);
+  for (const Particle& p : particles(stage.world)) EXPECT_NEAR(std::hypot(p.vx, p.vy), 0.5, 1e-15);
+}
+
+TEST(ParticleAggression, AllocatesNothingOnceWarm) {
+  Stage<ParticleAggression> stage(steady(4));
+  run(stage, 0, 500);
+  const std::uint64_t before = allocations;
+  run(stage, 500, 520);
+  EXPECT_EQ(allocations - before, 0u);
+}
+
+TEST(ParticleAggression, OneInstanceServesSeveralThreads) {
+  ParticleAggression environment({});
+  const WorldInfo info{60, 3000, 3, 1.0 / 30};
+  FakeDeclare declared(info, "it");
+  environment.declare(declared);
+  const auto particles_of = [&](std::uint64_t seed) {
+    FakeWorld world(info, seed, declared, {{.radius = 2}});
+    for (std::uint64_t step = 0; step < 300; ++step) {
+      world.set_step(step);
+      environment.act(Phase::stress, world);
+    }
+    return particles(world);
+  };
+  std::vector<std::vector<Particle>> alone(4), together(4);
+  for (std::uint64_t seed = 0; seed < 4; ++seed) alone[seed] = particles_of(seed);
+  std::vector<std::thread> threads;
+  for (std::uint64_t seed = 0; seed < 4; ++seed)
+    threads.emplace_back([&, seed] { together[seed] = particles_of(seed); });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(alone, together);
+}
+
+TEST(ParticleAggression, RefusesMoreParticlesThanMemoryHolds) {
+  EXPECT_THAT(refusal([] { Stage<ParticleAggression> stage({.rate_scale = 1e4}); }),
+              Pair("rate_scale",
+                   "more than ten million particles at a time could be in flight at the last step; "
+                   "lower the rate, raise 'speed' or shorten the run"));
+  // A start after the end means never.
+  EXPECT_THAT(refusal([] { Stage<ParticleAggression> stage({.start = 5000, .rate_scale = 1e4}); }),
+              Pair("", "no refusal"));
+}
+
+}  // namespace
+}  // namespace somas::environments
