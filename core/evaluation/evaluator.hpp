@@ -1,0 +1,70 @@
+// Genomes in, results out. Where the work is done (threads, processes, other machines) is the
+// business of the implementation and never reaches the results.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/evaluation/stop.hpp"
+#include "core/model/ecosystem.hpp"
+
+namespace somas::evaluation {
+
+/// An organism of a task: its genome, its key (which names its random streams; unique within the
+/// task) and the place of its founder. The genome must outlive the evaluation.
+struct Organism {
+  const model::Genome* genome = nullptr;
+  std::uint64_t key = 1;
+  double x = 0, y = 0;
+};
+
+/// One simulation.
+struct Task {
+  std::vector<Organism> roster;
+  std::uint64_t seed = 0;
+};
+
+/// What became of one organism of a task.
+struct Row {
+  Outcome outcome;
+  double score = 0;  ///< finite
+};
+
+/// A row per organism, in the order of the roster.
+struct Result {
+  std::vector<Row> rows;
+};
+
+/// A task that could not be evaluated.
+class EvaluationError : public std::runtime_error {
+ public:
+  /// `of_plugin`: a plugin failed; otherwise the fault is the host's own.
+  EvaluationError(std::size_t task, bool of_plugin, const std::string& what)
+      : std::runtime_error(what), task_(task), of_plugin_(of_plugin) {}
+  [[nodiscard]] std::size_t task() const { return task_; }
+  [[nodiscard]] bool of_plugin() const { return of_plugin_; }
+
+ private:
+  std::size_t task_;
+  bool of_plugin_;
+};
+
+/// Called now and then, by the thread that called `evaluate`, with the number of finished tasks.
+using ProgressCallback = std::function<void(std::size_t done)>;
+
+class Evaluator {
+ public:
+  virtual ~Evaluator() = default;
+  /// A result per task, in the order of the tasks; nothing if `stop` ended the work early. Throws
+  /// the EvaluationError of the first task (in their order) that failed.
+  [[nodiscard]] virtual std::optional<std::vector<Result>> evaluate(
+      std::span<const Task> tasks, StopToken stop, const ProgressCallback& progress) = 0;
+};
+
+}  // namespace somas::evaluation

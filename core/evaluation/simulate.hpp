@@ -1,0 +1,21 @@
+// One task, from its genomes to its result.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "core/evaluation/evaluator.hpp"
+#include "core/model/simulation.hpp"
+
+namespace somas::evaluation {
+
+/// Sees the simulation after every step.
+using StepObserver = std::function<void(const model::Simulation&)>;
+
+/// Expresses the genomes and simulates them to the end. Nothing if `stop`, asked before every step,
+/// ended it early. Throws model::PluginFailure.
+[[nodiscard]] std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task,
+                                             StopToken stop = {},
+                                             const StepObserver& observe = {});
+
+}  // namespace somas::evaluation

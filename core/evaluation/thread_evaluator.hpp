@@ -1,0 +1,25 @@
+// Evaluation by threads of this process.
+#pragma once
+
+#include "core/evaluation/evaluator.hpp"
+
+namespace somas::evaluation {
+
+/// Workers take tasks in ascending order and write each result to its own place, so the number of
+/// threads never reaches the results. The calling thread only waits and reports progress.
+class ThreadEvaluator final : public Evaluator {
+ public:
+  /// `ecosystem` must outlive this. threads = 0: one per processor.
+  ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads);
+
+  [[nodiscard]] std::optional<std::vector<Result>> evaluate(
+      std::span<const Task> tasks, StopToken stop, const ProgressCallback& progress) override;
+
+  [[nodiscard]] unsigned threads() const { return threads_; }
+
+ private:
+  const model::Ecosystem& ecosystem_;
+  unsigned threads_;
+};
+
+}  // namespace somas::evaluation

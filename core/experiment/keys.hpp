@@ -1,0 +1,38 @@
+// The keys of an experiment file that are the core's own, described as plugins describe theirs.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/evolution/settings.hpp"
+#include "core/model/config.hpp"
+#include "core/plugins/values.hpp"
+
+namespace somas::experiment {
+
+inline constexpr std::int64_t format_version = 1;
+
+/// What the core's keys say.
+struct CoreValues {
+  std::int64_t format = format_version;
+  std::string name;
+  std::int64_t seed = 1;
+  model::Config world;
+  evolution::Settings evolution;
+};
+
+/// The keys `somas`, `name`, `seed`, `world`, `evolution` with everything below them.
+[[nodiscard]] std::span<const ParameterInfo> core_keys();
+
+/// The values of a validated group of core_keys().
+[[nodiscard]] CoreValues core_values(const plugins::ParameterValue& group);
+
+/// Keys at the top level that core_keys() does not describe: files, and the plugins' blocks.
+[[nodiscard]] const std::vector<std::string>& other_keys();
+
+/// Every key of an experiment file but the plugins' own, as Markdown.
+[[nodiscard]] std::string keys_reference();
+
+}  // namespace somas::experiment

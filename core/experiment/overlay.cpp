@@ -1,0 +1,238 @@
+#include "core/experiment/overlay.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/experiment/reader.hpp"
+#include "core/plugins/suggest.hpp"
+
+namespace somas::experiment {
+namespace {
+
+using Segments = std::span<const std::string>;
+
+// ---- layers ------------------------------------------------------------------------------------
+
+// Where a mapping stands decides what a merge means there.
+enum class Level { root, environments, block, plain };
+
+Level below(Level level, const std::string& key) {
+  if (level == Level::environments) return Level::block;
+  if (level != Level::root) return Level::plain;
+  if (key == "environments") return Level::environments;
+  const bool is_block = key == "specialization" || key == "controller" || key == "fitness";
+  return is_block ? Level::block : Level::plain;
+}
+
+// The plugin that a block names; an environment's own name stands for it.
+std::string plugin_of(const Node& block) {
+  const Node* plugin = block.find("plugin");
+  return plugin != nullptr ? plugin->text : block.key;
+}
+
+bool replaces_plugin(const Node& base, const Node& over) {
+  return over.find("plugin") != nullptr && plugin_of(base) != plugin_of(over);
+}
+
+void merge(Node& base, Node over, Level level) {
+  base.position = over.position;
+  base.key_position = over.key_position;
+  for (Node& entry : over.items) {
+    Node* inherited = base.find(entry.key);
+    const Level entry_level = below(level, entry.key);
+    const bool both_map = inherited != nullptr && inherited->kind == Node::Kind::mapping &&
+                          entry.kind == Node::Kind::mapping;
+    if (inherited == nullptr) {
+      base.items.push_back(std::move(entry));
+    } else if (level == Level::environments && entry.kind == Node::Kind::null) {
+      base.erase(entry.key);
+    } else if (both_map && !(entry_level == Level::block && replaces_plugin(*inherited, entry))) {
+      merge(*inherited, std::move(entry), entry_level);
+    } else {
+      *inherited = std::move(entry);
+    }
+  }
+}
+
+// ---- extends -----------------------------------------------------------------------------------
+
+// A file on the way from the experiment to its last base.
+struct Link {
+  std::filesystem::path real;
+  std::string name;
+};
+
+std::string chain_text(const std::vector<Link>& chain, const std::string& last) {
+  std::string text;
+  for (const Link& link : chain) text += link.name + " -> ";
+  return text + last;
+}
+
+Node read_layer(const std::filesystem::path& file, const std::string& text,
+                std::vector<Link>& chain) {
+  Node root = parse_yaml(text, file.string());
+  if (root.kind == Node::Kind::null) throw InputError(root.position, "the file is empty");
+  if (root.kind != Node::Kind::mapping)
+    throw InputError(root.position,
+                     "an experiment is a mapping of keys, found " + root.description());
+  const Node* extends = root.find("extends");
+  if (extends == nullptr) return root;
+  if (extends->kind != Node::Kind::scalar || extends->text.empty())
+    throw InputError(extends->position,
+                     "extends: expected a file's name, found " + extends->description());
+
+  // The base, unless it is on the way here already.
+  const std::filesystem::path base_file =
+      (file.parent_path() / extends->text).lexically_normal();
+  std::error_code error;
+  chain.push_back({std::filesystem::weakly_canonical(file, error), file.string()});
+  const std::filesystem::path real = std::filesystem::weakly_canonical(base_file, error);
+  const auto on_the_way = [&](const Link& link) { return link.real == real; };
+  if (std::any_of(chain.begin(), chain.end(), on_the_way))
+    throw InputError(extends->position,
+                     "extends: a cycle: " + chain_text(chain, base_file.string()));
+  std::string base_text;
+  try {
+    base_text = read_text(base_file);
+  } catch (const InputError& failure) {
+    // A file that cannot be read has no lines: blame the one that asks for it.
+    if (failure.position().line != 0) throw;
+    throw InputError(extends->position, std::string("extends: ") + failure.what());
+  }
+
+  Node base = read_layer(base_file, base_text, chain);
+  base.erase("name");
+  root.erase("extends");
+  overlay(base, std::move(root));
+  return base;
+}
+
+// ---- overrides ---------------------------------------------------------------------------------
+
+struct Assignment {
+  std::string origin;
+  std::string path;
+  std::string value;
+};
+
+Assignment split(const std::string& text) {
+  Assignment parts{"--set " + text, "", ""};
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw InputError({parts.origin, 0, 0}, "expected path.to.key=value");
+  parts.path = text.substr(0, equals);
+  parts.value = text.substr(equals + 1);
+  return parts;
+}
+
+std::vector<std::string> keys_of(const Node& mapping) {
+  std::vector<std::string> keys;
+  for (const Node& item : mapping.items) keys.push_back(item.key);
+  return keys;
+}
+
+bool is_index(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Whether the segments lead to the `plugin` of a block.
+bool names_plugin(Segments path) {
+  if (path.empty() || path.back() != "plugin") return false;
+  if (path.size() == 3) return path[0] == "environments";
+  return path.size() == 2 && below(Level::root, path[0]) == Level::block;
+}
+
+[[noreturn]] void no_way(const Node& at, const std::string& so_far, const Assignment& assignment,
+                         const std::string& segment) {
+  const Position position{assignment.origin, 0, 0};
+  if (at.kind == Node::Kind::sequence) {
+    const std::string range =
+        at.items.empty() ? "" : " (0 to " + std::to_string(at.items.size() - 1) + ")";
+    throw InputError(position, so_far + ": a list of " + std::to_string(at.items.size()) +
+                                   " elements" + range + ", '" + segment + "' is none of them");
+  }
+  throw InputError(position,
+                   so_far + ": is " + at.description() + ", there is no '" + segment + "' below it");
+}
+
+// A new child for the segment; a number that finds no list is an index into the default.
+Node& add_child(Node& at, const std::string& segment, const Position& position) {
+  if (is_index(segment) && at.items.empty()) at.patch = true;
+  at.kind = Node::Kind::mapping;
+  Node child;
+  child.key = segment;
+  child.position = child.key_position = position;
+  return at.items.emplace_back(std::move(child));
+}
+
+// Another plugin has other parameters.
+void clear_for_plugin(Node& root, Segments path, const std::string& plugin) {
+  Node* block = &root;
+  for (const std::string& segment : path.first(path.size() - 1))
+    if (block != nullptr) block = block->find(segment);
+  if (block == nullptr || plugin_of(*block) == plugin) return;
+  std::erase_if(block->items, [](const Node& item) { return item.key != "plugin"; });
+}
+
+[[noreturn]] void unknown_environment(const Node& environments, const std::string& name,
+                                      const Position& position) {
+  std::vector<std::string> known = keys_of(environments);
+  std::erase(known, name);
+  throw InputError(position, "environments." + name + ": there is no such environment; have: " +
+                                 plugins::join(known) + plugins::did_you_mean(name, known));
+}
+
+}  // namespace
+
+void overlay(Node& base, Node over) { merge(base, std::move(over), Level::root); }
+
+Node read_tree(const std::filesystem::path& file, const std::string& text) {
+  std::vector<Link> chain;
+  return read_layer(file, text, chain);
+}
+
+bool chooses_plugin(const std::string& assignment) {
+  const std::vector<std::string> segments =
+      path_segments(assignment.substr(0, assignment.find('=')));
+  return names_plugin(segments);
+}
+
+void apply_override(Node& root, const std::string& text) {
+  const Assignment assignment = split(text);
+  const Position position{assignment.origin, 0, 0};
+  const std::vector<std::string> segments = path_segments(assignment.path);
+  if (std::any_of(segments.begin(), segments.end(), [](const auto& s) { return s.empty(); }))
+    throw InputError(position, assignment.path + ": a part of the path is empty");
+  Node value = parse_value(assignment.value, assignment.origin);
+
+  if (names_plugin(segments)) clear_for_plugin(root, segments, value.text);
+
+  // Down as far as the tree goes, and on by creating what is missing.
+  Node* at = &root;
+  Node* parent = nullptr;
+  bool is_new = false;
+  std::string so_far;
+  for (Segments rest = segments; !rest.empty();) {
+    const Child child = child_of(*at, rest);
+    const std::size_t count = child.node != nullptr ? child.segments : 1;
+    const bool closed = at->kind == Node::Kind::sequence || at->kind == Node::Kind::scalar;
+    if (child.node == nullptr && closed) no_way(*at, so_far, assignment, rest[0]);
+    parent = at;
+    is_new = child.node == nullptr;
+    at = child.node != nullptr ? const_cast<Node*>(child.node) : &add_child(*at, rest[0], position);
+    for (const std::string& segment : rest.first(count))
+      so_far += (so_far.empty() ? "" : ".") + segment;
+    rest = rest.subspan(count);
+  }
+
+  // A null environment is none.
+  if (segments.size() == 2 && segments[0] == "environments" && value.kind == Node::Kind::null) {
+    if (is_new) unknown_environment(*parent, segments[1], position);
+    parent->erase(segments[1]);
+    return;
+  }
+  value.key = at->key;
+  *at = std::move(value);
+}
+
+}  // namespace somas::experiment

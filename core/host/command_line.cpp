@@ -1,0 +1,187 @@
+// The only unit that includes CLI11, which takes long to compile.
+#include "core/host/command_line.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+
+#include "core/host/exit_codes.hpp"
+#include "core/plugins/suggest.hpp"
+#include "core/run/build_info.hpp"
+#include "core/run/errors.hpp"
+
+namespace somas::host {
+namespace {
+
+const std::vector<std::string> command_names = {"run", "validate", "plugins", "describe", "replay"};
+
+bool is_command(const std::string& word) {
+  return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
+}
+
+bool is_general_option(const std::string& word) {
+  return word == "--help" || word == "-h" || word == "--version";
+}
+
+// A word that was meant as a command should not be reported as a missing file.
+void refuse_misspelt_command(const std::string& word) {
+  if (word.starts_with('-') || word.find_first_of("./") != std::string::npos) return;
+  if (std::filesystem::exists(word)) return;
+  throw run::UsageError("\"" + word + "\" is neither a command nor a file; commands: " +
+                        plugins::join(command_names) +
+                        plugins::did_you_mean(word, command_names));
+}
+
+/// "somas-host FILE" means "somas-host run FILE".
+std::vector<std::string> with_command(std::vector<std::string> arguments) {
+  if (arguments.empty() || is_command(arguments.front()) || is_general_option(arguments.front()))
+    return arguments;
+  refuse_misspelt_command(arguments.front());
+  arguments.insert(arguments.begin(), "run");
+  return arguments;
+}
+
+/// The options of all commands; lives as long as the parser.
+struct Options {
+  RunCommand run;
+  ValidateCommand validate;
+  PluginsCommand plugins;
+  DescribeCommand describe;
+  ReplayCommand replay;
+  std::optional<std::uint64_t> seed, generations;
+};
+
+void add_overrides(CLI::App& app, std::vector<std::string>& overrides) {
+  app.add_option("--set", overrides, "Replace a value of the experiment; may be repeated")
+      ->type_name("PATH.TO.KEY=VALUE")
+      ->allow_extra_args(false);
+}
+
+void add_plugin_path(CLI::App& app, std::vector<std::filesystem::path>& directories) {
+  app.add_option("--plugin-path", directories, "A directory to look for plugins; may be repeated")
+      ->type_name("DIR")
+      ->allow_extra_args(false);
+}
+
+void add_file(CLI::App& app, std::filesystem::path& file) {
+  app.add_option("FILE", file, "The experiment (YAML)")->type_name("")->required();
+}
+
+void add_run(CLI::App& parser, Options& options) {
+  RunCommand& run = options.run;
+  CLI::App& app = *parser.add_subcommand("run", "Run an experiment; the word may be left out");
+  add_file(app, run.file);
+  add_overrides(app, run.overrides);
+  app.add_option("--seed", options.seed, "Seed of the run (the same as --set seed=N)")
+      ->type_name("N");
+  app.add_option("--generations", options.generations,
+                 "Number of generations (the same as --set evolution.generations=N)")
+      ->type_name("N");
+  app.add_option("--out", run.out, "Run directory, absent or empty; default runs/NAME-seedSEED")
+      ->type_name("DIR");
+  app.add_option("--genome", run.genomes,
+                 "A saved genome (a champion's file) that joins the first generation; may be "
+                 "repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  app.add_option("--threads", run.threads,
+                 "Threads that evaluate; default: one per processor. Never changes results")
+      ->type_name("N")
+      ->check(CLI::Range(1u, 4096u).description(""));
+  app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
+  add_plugin_path(app, run.plugin_path);
+}
+
+void add_validate(CLI::App& parser, Options& options) {
+  CLI::App& app = *parser.add_subcommand("validate", "Check an experiment without running it");
+  add_file(app, options.validate.file);
+  add_overrides(app, options.validate.overrides);
+  app.add_flag("--resolved", options.validate.show_resolved,
+               "Print the experiment with every key and its value");
+  add_plugin_path(app, options.validate.plugin_path);
+}
+
+void add_plugins(CLI::App& parser, Options& options) {
+  CLI::App& app = *parser.add_subcommand(
+      "plugins", "List the plugins found, the files rejected and why, and the search path");
+  add_plugin_path(app, options.plugins.plugin_path);
+}
+
+void add_describe(CLI::App& parser, Options& options) {
+  DescribeCommand& describe = options.describe;
+  CLI::App& app = *parser.add_subcommand("describe", "Show a plugin class and its parameters");
+  app.add_option("ID", describe.id, "The class, as in an experiment file")
+      ->type_name("")
+      ->required();
+  app.add_option("--format", describe.format, "text, yaml (to paste) or markdown")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"text", "yaml", "markdown"}).description(""));
+  add_plugin_path(app, describe.plugin_path);
+}
+
+void add_replay(CLI::App& parser, Options& options) {
+  ReplayCommand& replay = options.replay;
+  CLI::App& app = *parser.add_subcommand(
+      "replay",
+      "Simulate a champion again: it must reproduce its record, step by step. With --set: what "
+      "would have happened if, unchecked");
+  app.add_option("RUN", replay.run, "A run directory")->type_name("")->required();
+  app.add_option("--generation", replay.generation, "Whose champion; default: the last")
+      ->type_name("N");
+  add_overrides(app, replay.overrides);
+  app.add_option("--csv", replay.csv, "Write cells by state and the world's hash of every step")
+      ->type_name("FILE");
+  add_plugin_path(app, replay.plugin_path);
+}
+
+// The short options come last, so that they win over --set.
+void add_short_overrides(const Options& options, std::vector<std::string>& overrides) {
+  if (options.seed) overrides.push_back("seed=" + std::to_string(*options.seed));
+  if (options.generations)
+    overrides.push_back("evolution.generations=" + std::to_string(*options.generations));
+}
+
+Command chosen(const CLI::App& parser, Options& options) {
+  if (parser.got_subcommand("run")) {
+    add_short_overrides(options, options.run.overrides);
+    return options.run;
+  }
+  if (parser.got_subcommand("validate")) return options.validate;
+  if (parser.got_subcommand("plugins")) return options.plugins;
+  if (parser.got_subcommand("describe")) return options.describe;
+  return options.replay;
+}
+
+}  // namespace
+
+Command parse_command_line(const std::vector<std::string>& arguments) {
+  Options options;
+  options.run.command_line = arguments;
+  options.run.command_line.insert(options.run.command_line.begin(), "somas-host");
+
+  CLI::App parser("Evolves multicellular organisms as an experiment file says.", "somas-host");
+  parser.require_subcommand(1);
+  parser.set_version_flag("--version", "somas-host " + std::string(run::build_info().version));
+  parser.footer(std::string("`somas-host FILE` is short for `somas-host run FILE`.\n\n") +
+                exit_code_help);
+  add_run(parser, options);
+  add_validate(parser, options);
+  add_plugins(parser, options);
+  add_describe(parser, options);
+  add_replay(parser, options);
+
+  try {
+    // CLI11 takes its words from the back.
+    std::vector<std::string> words = with_command(arguments);
+    std::reverse(words.begin(), words.end());
+    parser.parse(words);
+  } catch (const CLI::ParseError& error) {
+    const int code = parser.exit(error);
+    return Done{code == 0 ? exit_ok : exit_bad_input};
+  }
+  return chosen(parser, options);
+}
+
+}  // namespace somas::host

@@ -1,0 +1,15 @@
+// Words of the command line -> a command.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/host/commands.hpp"
+
+namespace somas::host {
+
+/// `arguments` without the program's name. Prints help and complaints itself. Throws
+/// run::UsageError for a word that is neither a command nor a file.
+[[nodiscard]] Command parse_command_line(const std::vector<std::string>& arguments);
+
+}  // namespace somas::host

@@ -1,0 +1,67 @@
+// somas-host: the command line of SOMAS. Chooses a command and turns what it throws into an exit
+// code; everything else happens in the rooms below.
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/experiment/experiment.hpp"
+#include "core/host/command_line.hpp"
+#include "core/host/commands.hpp"
+#include "core/host/exit_codes.hpp"
+#include "core/host/logging.hpp"
+#include "core/run/errors.hpp"
+
+namespace somas::host {
+namespace {
+
+int run_command(const Command& command, run::Terminal& terminal) {
+  return std::visit(
+      [&](const auto& chosen) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(chosen)>, Done>) return chosen.exit_code;
+        else return execute(chosen, terminal);
+      },
+      command);
+}
+
+int complain(run::Terminal& terminal, const std::string& what, int exit_code) {
+  terminal.line("somas-host: " + what);
+  return exit_code;
+}
+
+int guarded_main(const std::vector<std::string>& arguments, run::Terminal& terminal) {
+  try {
+    return run_command(parse_command_line(arguments), terminal);
+  } catch (const experiment::InputError& error) {
+    return complain(terminal, error.what(), exit_bad_input);
+  } catch (const run::UsageError& error) {
+    return complain(terminal, error.what(), exit_bad_input);
+  } catch (const run::PluginError& error) {
+    return complain(terminal, error.what(), exit_plugin_failed);
+  } catch (const model::PluginFailure& error) {
+    return complain(terminal, error.what(), exit_plugin_failed);
+  } catch (const run::WriteError& error) {
+    return complain(terminal, error.what(), exit_cannot_write);
+  } catch (const std::exception& error) {
+    return complain(terminal, std::string("internal error: ") + error.what(), exit_internal_error);
+  } catch (...) {
+    return complain(terminal, "internal error", exit_internal_error);
+  }
+}
+
+}  // namespace
+
+void print(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) throw run::WriteError("(standard output)", errno);
+}
+
+}  // namespace somas::host
+
+int main(int count, char** words) {
+  somas::run::Terminal terminal(stderr);
+  somas::host::log_to(terminal);
+  return somas::host::guarded_main({words + (count > 0 ? 1 : 0), words + count}, terminal);
+}

@@ -1,0 +1,46 @@
+#include <csignal>
+#include <cstdio>
+
+#include "core/host/commands.hpp"
+#include "core/host/exit_codes.hpp"
+#include "core/run/runner.hpp"
+#include "core/run/signals.hpp"
+
+namespace somas::host {
+namespace {
+
+std::string ending_of(const run::RunReport& report, std::uint64_t planned) {
+  std::string text = report.directory.string() + ": ";
+  if (report.generations == 0) return text + "stopped before a generation was finished\n";
+  char best[32];
+  std::snprintf(best, sizeof best, "%.6g", report.best);
+  text += report.stopped ? "stopped after " : "";
+  text += std::to_string(report.generations);
+  text += report.stopped ? " of " + std::to_string(planned) + " generations" : " generations";
+  return text + ", best " + best + " in generation " + std::to_string(report.best_generation) +
+         "\n";
+}
+
+}  // namespace
+
+int execute(const RunCommand& command, run::Terminal& terminal) {
+  // From here on Ctrl-C only asks: plugins may take a while to load.
+  const run::SignalGuard signals;
+  const experiment::Experiment experiment =
+      experiment::load(command.file, {command.overrides, command.plugin_path});
+
+  run::RunOptions options;
+  options.file = command.file;
+  options.out = command.out;
+  options.threads = command.threads;
+  options.quiet = command.quiet;
+  options.genomes = command.genomes;
+  options.command_line = command.command_line;
+  const run::RunReport report = run::run(experiment, options, terminal, signals.token());
+
+  if (!command.quiet) print(ending_of(report, experiment.evolution.generations));
+  if (!report.stopped) return exit_ok;
+  return run::SignalGuard::received() == SIGTERM ? exit_terminated : exit_interrupted;
+}
+
+}  // namespace somas::host

@@ -1,0 +1,196 @@
+#include "core/run/champion.hpp"
+
+#include <exception>
+#include <utility>
+
+namespace somas::run {
+namespace {
+
+constexpr std::string_view champion_format = "somas-champion/1";
+
+// ---- writing -----------------------------------------------------------------------------------
+
+Json chromosome_to_json(const Genes& genes, const Heritable& part) {
+  Json json = Json::object();
+  Json readable;
+  JsonBuilder builder(readable);
+  part.to_json(genes, builder);
+  json["genes"] = std::move(readable);
+  json["bytes"] = hex_bytes(genes);
+  return json;
+}
+
+Json replay_to_json(const Champion& champion) {
+  const Outcome& outcome = champion.recording.outcome;
+  Json json;
+  json["seed"] = hex64(champion.seed);
+  json["survival"] = outcome.survival;
+  json["censored"] = outcome.censored;
+  json["score"] = champion.recording.score;
+  json["divisions"] = outcome.divisions;
+  json["specializations"] = outcome.specializations;
+  json["refused_divisions"] = outcome.refused_divisions;
+  json["final_cells"] = outcome.final_cells;
+  json["peak_cells"] = outcome.peak_cells;
+  json["cell_steps"] = outcome.cell_steps;
+  return json;
+}
+
+Json steps_to_json(const Recording& recording) {
+  Json census = Json::object();
+  for (std::size_t state = 0; state < recording.states.size(); ++state)
+    census[recording.states[state]] = recording.census[state];
+  Json hashes = Json::array();
+  for (const std::uint64_t hash : recording.hashes) hashes.push_back(hex64(hash));
+  Json json;
+  json["count"] = recording.hashes.size();
+  json["cells"] = std::move(census);
+  json["world_hash"] = std::move(hashes);
+  return json;
+}
+
+// ---- reading -----------------------------------------------------------------------------------
+
+Genes chromosome_from_json(const JsonView& json, const Heritable& part, bool& matches_bytes) {
+  const JsonView& readable = json.member("genes");
+  Genes genes;
+  try {
+    part.from_json(readable, genes);
+  } catch (const UsageError&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw UsageError(readable.place() + ": " + error.what());
+  }
+  if (!json.has("bytes")) return genes;
+  const JsonView& bytes = json.member("bytes");
+  const auto expected = parse_hex_bytes(bytes.text());
+  if (!expected) bytes.fail("pairs of hexadecimal digits");
+  if (*expected != genes) matches_bytes = false;
+  return genes;
+}
+
+model::Genome genome_from_json(const JsonView& json, const evolution::Heredity& heredity,
+                               bool& matches_bytes) {
+  model::Genome genome;
+  genome.controller =
+      chromosome_from_json(json.member("controller"), heredity.controller(), matches_bytes);
+  if (heredity.tree() != nullptr && json.has("tree"))
+    genome.tree = chromosome_from_json(json.member("tree"), *heredity.tree(), matches_bytes);
+  return genome;
+}
+
+evolution::Individual individual_from_json(const JsonView& json) {
+  evolution::Individual individual;
+  individual.id = json.member("id").natural();
+  const JsonView& parents = json.member("parents");
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    individual.parents.push_back(parents.item(i).natural());
+  const auto origin = evolution::operator_named(json.member("operator").text());
+  if (!origin) json.member("operator").fail("the name of an operator");
+  individual.origin = *origin;
+  individual.fitness = json.member("fitness").number();
+  const JsonView& trials = json.member("trials");
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    individual.trials.push_back(trials.item(i).number());
+  return individual;
+}
+
+std::uint32_t natural32(const JsonView& json) {
+  const std::uint64_t value = json.natural();
+  if (value > UINT32_MAX) json.fail("an integer below 2^32");
+  return static_cast<std::uint32_t>(value);
+}
+
+Outcome outcome_from_json(const JsonView& json) {
+  Outcome outcome;
+  outcome.survival = json.member("survival").natural();
+  outcome.censored = json.member("censored").boolean();
+  outcome.divisions = json.member("divisions").natural();
+  outcome.specializations = json.member("specializations").natural();
+  outcome.refused_divisions = json.member("refused_divisions").natural();
+  outcome.final_cells = natural32(json.member("final_cells"));
+  outcome.peak_cells = natural32(json.member("peak_cells"));
+  outcome.cell_steps = json.member("cell_steps").number();
+  return outcome;
+}
+
+// Fills hashes, and the census of the states that are already named.
+void read_steps(const JsonView& json, Recording& recording) {
+  const std::uint64_t count = json.member("count").natural();
+  const JsonView& hashes = json.member("world_hash");
+  if (hashes.size() != count) hashes.fail("a hash a step");
+  for (std::size_t step = 0; step < count; ++step)
+    recording.hashes.push_back(hashes.item(step).key64());
+
+  for (const std::string& state : recording.states) {
+    const JsonView& cells = json.member("cells").member(state);
+    if (cells.size() != count) cells.fail("a number a step");
+    std::vector<std::uint32_t>& counts = recording.census.emplace_back();
+    for (std::size_t step = 0; step < count; ++step) counts.push_back(natural32(cells.item(step)));
+  }
+}
+
+}  // namespace
+
+Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity) {
+  Json json = Json::object();
+  json["controller"] = chromosome_to_json(genome.controller, heredity.controller());
+  if (heredity.tree() != nullptr) json["tree"] = chromosome_to_json(genome.tree, *heredity.tree());
+  return json;
+}
+
+std::string to_text(const Champion& champion, const evolution::Heredity& heredity) {
+  const evolution::Individual& individual = champion.individual;
+  Json json;
+  json["format"] = champion_format;
+  json["experiment"] = champion.experiment;
+  json["generation"] = champion.generation;
+  json["id"] = individual.id;
+  json["parents"] = individual.parents;
+  json["operator"] = evolution::name_of(individual.origin);
+  json["fitness"] = individual.fitness;
+  json["trials"] = individual.trials;
+  json["replay"] = replay_to_json(champion);
+  json["genome"] = genome_to_json(individual.genome, heredity);
+  json["states"] = champion.recording.states;
+  json["steps"] = steps_to_json(champion.recording);
+  return to_text(json);
+}
+
+Champion parse_champion(std::string_view text, const std::string& origin,
+                        const evolution::Heredity& heredity) {
+  const Json json = parse_json(text, origin);
+  const JsonView view(json, origin);
+  if (view.member("format").text() != champion_format)
+    throw UsageError(origin + ": format is \"" + std::string(view.member("format").text()) +
+                     "\", expected \"" + std::string(champion_format) + "\"");
+
+  Champion champion;
+  champion.experiment = view.member("experiment").text();
+  champion.generation = view.member("generation").natural();
+  champion.individual = individual_from_json(view);
+  champion.individual.genome =
+      genome_from_json(view.member("genome"), heredity, champion.genes_match_bytes);
+
+  const JsonView& replay = view.member("replay");
+  champion.seed = replay.member("seed").key64();
+  Recording& recording = champion.recording;
+  recording.outcome = outcome_from_json(replay);
+  recording.score = replay.member("score").number();
+  const JsonView& states = view.member("states");
+  for (std::size_t i = 0; i < states.size(); ++i)
+    recording.states.emplace_back(states.item(i).text());
+  read_steps(view.member("steps"), recording);
+  return champion;
+}
+
+model::Genome parse_genome(std::string_view text, const std::string& origin,
+                           const evolution::Heredity& heredity) {
+  const Json json = parse_json(text, origin);
+  const JsonView view(json, origin);
+  bool matches_bytes = true;
+  return genome_from_json(view.has("genome") ? view.member("genome") : view, heredity,
+                          matches_bytes);
+}
+
+}  // namespace somas::run

@@ -1,0 +1,177 @@
+#include "core/run/files.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <xxhash.h>
+
+namespace somas::run {
+namespace {
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+  /// 0, or the errno: some file systems report a full disk only here.
+  [[nodiscard]] int close() { return ::close(std::exchange(fd_, -1)) == 0 ? 0 : errno; }
+
+ private:
+  int fd_;
+};
+
+/// 0 or the errno.
+int write_all(int fd, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t written = ::write(fd, content.data(), content.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    content.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+/// 0 or the errno. Pipes and devices cannot be flushed, and need not be.
+int flush(int fd) {
+  if (::fsync(fd) == 0 || errno == EINVAL || errno == EROFS) return 0;
+  return errno;
+}
+
+// A rename is durable once its directory is; best effort, the file itself is whole either way.
+void flush_directory_of(const std::filesystem::path& path) {
+  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
+  const Descriptor directory(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) ::fsync(directory.get());
+}
+
+/// 0 or the errno.
+int write_new(const std::filesystem::path& path, std::string_view content) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (file.get() < 0) return errno;
+  if (const int error = write_all(file.get(), content)) return error;
+  if (const int error = flush(file.get())) return error;
+  return file.close();
+}
+
+std::filesystem::path temporary_beside(const std::filesystem::path& path) {
+  std::string name(".");
+  name.append(path.filename().string()).append(".tmp").append(std::to_string(::getpid()));
+  return path.parent_path() / name;
+}
+
+/// 0 or the errno. Keeps `from` if `to` exists.
+int rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (::link(from.c_str(), to.c_str()) != 0) return errno;
+  ::unlink(from.c_str());
+  return 0;
+}
+
+/// 0 or the errno.
+int rename_over(const std::filesystem::path& from, const std::filesystem::path& to) {
+  return ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+}
+
+void write_and_rename(const std::filesystem::path& path, std::string_view content,
+                      int (*put)(const std::filesystem::path&, const std::filesystem::path&)) {
+  const std::filesystem::path temporary = temporary_beside(path);
+  int error = write_new(temporary, content);
+  if (error == 0) error = put(temporary, path);
+  if (error != 0) {
+    ::unlink(temporary.c_str());
+    throw WriteError(path, error);
+  }
+  flush_directory_of(path);
+}
+
+}  // namespace
+
+WriteError::WriteError(const std::filesystem::path& path, int error)
+    : std::runtime_error("cannot write " + path.string() + ": " + reason(error)),
+      path_(path),
+      error_(error) {}
+
+void write_file(const std::filesystem::path& path, std::string_view content) {
+  write_and_rename(path, content, rename_over);
+}
+
+void create_file(const std::filesystem::path& path, std::string_view content) {
+  write_and_rename(path, content, rename_to_new);
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw UsageError("cannot read " + path.string() + ": is a directory");
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw UsageError("cannot read " + path.string() + ": " + reason(errno));
+  std::string content{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad()) throw UsageError("cannot read " + path.string() + ": " + reason(errno));
+  return content;
+}
+
+std::string hash_of_file(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw UsageError("cannot read " + path.string() + ": " + reason(errno));
+
+  struct Free {
+    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+  };
+  const std::unique_ptr<XXH3_state_t, Free> state(XXH3_createState());
+  XXH3_128bits_reset(state.get());
+  std::vector<char> buffer(1u << 16);
+  while (in) {
+    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
+  char text[33];
+  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return text;
+}
+
+AppendFile::AppendFile(std::filesystem::path path, std::string_view beginning)
+    : path_(std::move(path)) {
+  create_file(path_, beginning);
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor_ < 0) throw WriteError(path_, errno);
+  size_ = size_before_ = beginning.size();
+}
+
+AppendFile::~AppendFile() { ::close(descriptor_); }
+
+void AppendFile::append(std::string_view piece) {
+  size_before_ = size_;
+  int error = write_all(descriptor_, piece);
+  if (error == 0) error = flush(descriptor_);
+  size_ += piece.size();
+  if (error == 0) return;
+  undo();
+  throw WriteError(path_, error);
+}
+
+void AppendFile::undo() noexcept {
+  size_ = size_before_;
+  // Cutting a file needs no space; should it fail all the same, there is nothing left to do.
+  if (::ftruncate(descriptor_, static_cast<off_t>(size_)) == 0) ::fsync(descriptor_);
+}
+
+}  // namespace somas::run

@@ -1,0 +1,48 @@
+// Files that are whole or absent: whatever happens half-way, what was there before stays readable.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/run/errors.hpp"
+
+namespace somas::run {
+
+/// Writes a temporary file beside `path`, flushes it to the disk and renames it into place. Throws
+/// WriteError; then `path` is as it was and no temporary file is left.
+void write_file(const std::filesystem::path& path, std::string_view content);
+
+/// As write_file, but refuses (WriteError, EEXIST) to replace a file.
+void create_file(const std::filesystem::path& path, std::string_view content);
+
+/// The whole file. Throws UsageError, saying why, if it cannot be read.
+[[nodiscard]] std::string read_file(const std::filesystem::path& path);
+
+/// XXH3-128 of a file's bytes, as 32 hexadecimal digits. Throws UsageError.
+[[nodiscard]] std::string hash_of_file(const std::filesystem::path& path);
+
+/// A file that only grows, by whole pieces.
+class AppendFile {
+ public:
+  /// Creates the file, which must not exist, with this beginning. Throws WriteError.
+  AppendFile(std::filesystem::path path, std::string_view beginning);
+  ~AppendFile();
+  AppendFile(const AppendFile&) = delete;
+  AppendFile& operator=(const AppendFile&) = delete;
+
+  /// Adds a piece and flushes it to the disk. Throws WriteError; then the file has been cut back to
+  /// what it was.
+  void append(std::string_view piece);
+  /// Takes the last piece back, for when something that belongs to it failed.
+  void undo() noexcept;
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::uint64_t size_before_ = 0;
+};
+
+}  // namespace somas::run

@@ -1,0 +1,48 @@
+// How far a run is, for people.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/evolution/ranking.hpp"
+#include "core/run/terminal.hpp"
+
+namespace somas::run {
+
+/// On a terminal one line, redrawn five times a second: generation, bar, best, median, evaluations a
+/// second, time left. Elsewhere a line a generation, and within one that takes long, now and then.
+class Progress {
+ public:
+  /// `evaluations`: simulations a generation.
+  Progress(Terminal& terminal, std::uint64_t generations, std::uint64_t evaluations);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void begin_generation(std::uint64_t generation);
+  /// `done` evaluations of this generation are finished.
+  void update(std::uint64_t done);
+  void end_generation(const evolution::Statistics& statistics);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  [[nodiscard]] double elapsed() const;
+  [[nodiscard]] double seconds_left(std::uint64_t done) const;
+  [[nodiscard]] std::string description(std::uint64_t done) const;
+  void draw(std::uint64_t done);
+
+  Terminal& terminal_;
+  std::uint64_t generations_, evaluations_;
+  std::uint64_t generation_ = 0;
+  Clock::time_point begun_, shown_;
+  std::optional<evolution::Statistics> last_;  ///< of the generation before
+  std::optional<double> pace_;                 ///< seconds a generation, recent ones count more
+  double rate_ = 0;                            ///< evaluations a second
+};
+
+/// "47s", "3m20s", "2h05m", "3d04h".
+[[nodiscard]] std::string duration_text(double seconds);
+
+}  // namespace somas::run

@@ -1,0 +1,76 @@
+#include "core/run/recording.hpp"
+
+#include <algorithm>
+
+#include "core/evaluation/simulate.hpp"
+#include "core/run/csv.hpp"
+#include "core/run/json.hpp"
+
+namespace somas::run {
+namespace {
+
+void observe(const model::Simulation& simulation, Recording& recording) {
+  recording.hashes.push_back(simulation.hash());
+  const std::vector<std::uint32_t> cells = simulation.census(0);
+  for (std::size_t state = 0; state < recording.census.size(); ++state)
+    recording.census[state].push_back(cells[state]);
+}
+
+bool same_step(const Recording& a, const Recording& b, std::size_t step) {
+  if (a.hashes[step] != b.hashes[step] || a.census.size() != b.census.size()) return false;
+  for (std::size_t state = 0; state < a.census.size(); ++state)
+    if (a.census[state][step] != b.census[state][step]) return false;
+  return true;
+}
+
+}  // namespace
+
+evaluation::Task single_task(const model::Genome& genome, std::uint64_t seed) {
+  return {.roster = {{.genome = &genome, .key = 1, .x = 0, .y = 0}}, .seed = seed};
+}
+
+std::optional<Recording> record(const model::Ecosystem& ecosystem, const model::Genome& genome,
+                                std::uint64_t seed, evaluation::StopToken stop) {
+  Recording recording;
+  const std::shared_ptr<const model::Tree> tree = ecosystem.grow(genome.tree);
+  for (const model::State& state : tree->states) recording.states.push_back(state.name);
+  recording.census.resize(recording.states.size());
+
+  const auto result = evaluation::simulate(
+      ecosystem, single_task(genome, seed), stop,
+      [&](const model::Simulation& simulation) { observe(simulation, recording); });
+  if (!result) return std::nullopt;
+  recording.outcome = result->rows.front().outcome;
+  recording.score = result->rows.front().score;
+  return recording;
+}
+
+std::optional<std::uint64_t> first_difference(const Recording& a, const Recording& b) {
+  const std::size_t common = std::min(a.hashes.size(), b.hashes.size());
+  for (std::size_t step = 0; step < common; ++step)
+    if (!same_step(a, b, step)) return step;
+  if (a.hashes.size() != b.hashes.size()) return common;
+  return std::nullopt;
+}
+
+std::string to_csv(const Recording& recording) {
+  CsvLine header;
+  header.add("step");
+  for (const std::string& state : recording.states) header.add(state);
+  header.add("cells").add("hash");
+  std::string text = header.take();
+
+  for (std::size_t step = 0; step < recording.hashes.size(); ++step) {
+    CsvLine line;
+    line.add(step);
+    std::uint64_t cells = 0;
+    for (const std::vector<std::uint32_t>& counts : recording.census) {
+      line.add(counts[step]);
+      cells += counts[step];
+    }
+    text += line.add(cells).add(hex64(recording.hashes[step])).take();
+  }
+  return text;
+}
+
+}  // namespace somas::run

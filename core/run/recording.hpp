@@ -1,0 +1,38 @@
+// A simulation with a trace: what proves that two simulations were the same.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/evaluation/evaluator.hpp"
+
+namespace somas::run {
+
+/// One organism's life, step by step. An entry of a step tells the world after it.
+struct Recording {
+  std::vector<std::string> states;                 ///< names, by index
+  std::vector<std::uint64_t> hashes;               ///< of the whole world, by step
+  std::vector<std::vector<std::uint32_t>> census;  ///< live cells, by state, then step
+  Outcome outcome;
+  double score = 0;
+};
+
+/// The task of one organism alone, at the origin.
+[[nodiscard]] evaluation::Task single_task(const model::Genome& genome, std::uint64_t seed);
+
+/// Simulates as an evaluation does. Nothing if stopped early. Throws model::PluginFailure.
+[[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
+                                              const model::Genome& genome, std::uint64_t seed,
+                                              evaluation::StopToken stop = {});
+
+/// The first step (from 0) at which two recordings differ: in a hash, in the cells of a state, or
+/// because only one of them got that far. Nothing if they are equal.
+[[nodiscard]] std::optional<std::uint64_t> first_difference(const Recording& a,
+                                                            const Recording& b);
+
+/// "step,<state>...,cells,hash", a line a step.
+[[nodiscard]] std::string to_csv(const Recording& recording);
+
+}  // namespace somas::run

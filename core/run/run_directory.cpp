@@ -1,0 +1,206 @@
+#include "core/run/run_directory.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <ctime>
+#include <utility>
+
+#include "core/run/csv.hpp"
+
+namespace somas::run {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view generations_header =
+    "generation,best,q3,median,q1,worst,mean,champion_id,champion_genome_length,"
+    "champion_survival,champion_censored,champion_divisions,champion_specializations,"
+    "champion_peak_cells,evaluations,censored,refused_divisions,cell_steps\n";
+constexpr std::string_view individuals_header =
+    "id,generation,parent1,parent2,operator,fitness,genome_length\n";
+constexpr std::string_view timing_header =
+    "generation,seconds,evaluations_per_second,cell_steps_per_second,threads,finished\n";
+
+std::string generation_line(const Generation& generation) {
+  const evolution::Statistics& statistics = generation.statistics;
+  const evolution::Individual& champion = generation.champion.individual;
+  const Outcome& outcome = generation.champion.recording.outcome;
+  CsvLine line;
+  line.add(generation.number)
+      .add(statistics.best)
+      .add(statistics.upper_quartile)
+      .add(statistics.median)
+      .add(statistics.lower_quartile)
+      .add(statistics.worst)
+      .add(statistics.mean);
+  line.add(champion.id)
+      .add(champion.genome.length())
+      .add(outcome.survival)
+      .add(outcome.censored ? 1 : 0)
+      .add(outcome.divisions)
+      .add(outcome.specializations)
+      .add(outcome.peak_cells);
+  line.add(generation.evaluations)
+      .add(generation.censored)
+      .add(generation.refused_divisions)
+      .add(generation.cell_steps);
+  return line.take();
+}
+
+std::string individual_lines(const Generation& generation) {
+  std::string text;
+  CsvLine line;
+  for (const evolution::Individual& individual : *generation.population) {
+    line.add(individual.id).add(generation.number);
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (i < individual.parents.size()) line.add(individual.parents[i]);
+      else line.add("");
+    }
+    line.add(evolution::name_of(individual.origin))
+        .add(individual.fitness)
+        .add(individual.genome.length());
+    text += line.take();
+  }
+  return text;
+}
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+std::string timing_line(const Generation& generation, const Timing& timing) {
+  const double seconds = std::max(timing.seconds, 1e-9);
+  char rates[96];
+  std::snprintf(rates, sizeof rates, "%.3f,%.1f,%.0f", timing.seconds,
+                static_cast<double>(generation.evaluations) / seconds,
+                generation.cell_steps / seconds);
+  return std::to_string(generation.number) + "," + rates + "," + std::to_string(timing.threads) +
+         "," + now_utc() + "\n";
+}
+
+/// False if something of that name exists already.
+bool make_directory(const fs::path& path) {
+  if (::mkdir(path.c_str(), 0777) == 0) return true;
+  if (errno == EEXIST) return false;
+  throw WriteError(path, errno);
+}
+
+void make_parents(const fs::path& path) {
+  if (!path.has_parent_path()) return;
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  if (error) throw WriteError(path.parent_path(), error.value());
+}
+
+// An experiment's name as part of a file name.
+std::string file_name_of(const std::string& name) {
+  std::string safe;
+  for (const char c : name) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ||
+                       (c == '.' && !safe.empty());
+    safe += plain ? c : '_';
+  }
+  return safe.empty() ? "run" : safe;
+}
+
+fs::path make_given_directory(const fs::path& given) {
+  // "runs/a/" names the same directory as "runs/a".
+  const fs::path out = given.has_filename() ? given : given.parent_path();
+  make_parents(out);
+  if (make_directory(out)) return out;
+  std::error_code error;
+  if (!fs::is_directory(out, error)) throw UsageError(out.string() + " exists and is no directory");
+  if (!fs::is_empty(out, error) || error)
+    throw UsageError("directory " + out.string() +
+                     " is not empty: an earlier run is never overwritten; name another --out");
+  return out;
+}
+
+}  // namespace
+
+fs::path champion_path(const fs::path& run, std::uint64_t generation) {
+  std::string number = std::to_string(generation);
+  if (number.size() < 4) number.insert(0, 4 - number.size(), '0');
+  return run / "champions" / ("gen-" + number + ".json");
+}
+
+std::uint64_t last_generation(const fs::path& run) {
+  std::optional<std::uint64_t> last;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(run / "champions", error)) {
+    const std::string name = entry.path().filename().string();
+    std::uint64_t number = 0;
+    if (!name.starts_with("gen-") || !name.ends_with(".json")) continue;
+    const char* end = name.data() + name.size() - 5;
+    const auto parsed = std::from_chars(name.data() + 4, end, number);
+    if (parsed.ec == std::errc{} && parsed.ptr == end) last = std::max(last.value_or(0), number);
+  }
+  if (error)
+    throw UsageError(run.string() + " is no run directory: " + (run / "champions").string() + ": " +
+                     error.message());
+  if (!last) throw UsageError(run.string() + " has no champion: no generation was finished");
+  return *last;
+}
+
+fs::path make_run_directory(const std::optional<fs::path>& out, const std::string& name,
+                            std::uint64_t seed) {
+  if (out) return make_given_directory(*out);
+  const std::string base = file_name_of(name) + "-seed" + std::to_string(seed);
+  fs::path path = fs::path("runs") / base;
+  make_parents(path);
+  // mkdir decides between two runs that start at once.
+  for (unsigned suffix = 2; !make_directory(path); ++suffix)
+    path.replace_filename(base + "-" + std::to_string(suffix));
+  return path;
+}
+
+RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experiment,
+                           const Json& manifest, std::span<const GivenGenome> genomes)
+    : path_(std::move(path)) {
+  create_file(path_ / "experiment.yaml", experiment.original_yaml);
+  create_file(path_ / "resolved.yaml", experiment.resolved_yaml);
+  create_file(path_ / "manifest.json", to_text(manifest));
+  make_directory(path_ / "champions");
+  if (!genomes.empty()) make_directory(path_ / "genomes");
+  for (std::size_t i = 0; i < genomes.size(); ++i)
+    create_file(path_ / "genomes" / ("given-" + std::to_string(i) + ".json"), genomes[i].text);
+  individuals_.emplace(path_ / "individuals.csv", individuals_header);
+  timing_.emplace(path_ / "timing.csv", timing_header);
+  generations_.emplace(path_ / "generations.csv", generations_header);
+}
+
+void RunDirectory::commit(const Generation& generation, const evolution::Heredity& heredity,
+                          const Timing& timing) {
+  const fs::path champion = champion_path(path_, generation.number);
+  create_file(champion, to_text(generation.champion, heredity));
+  int appended = 0;
+  try {
+    individuals_->append(individual_lines(generation));
+    ++appended;
+    timing_->append(timing_line(generation, timing));
+    ++appended;
+    generations_->append(generation_line(generation));
+  } catch (...) {
+    if (appended > 1) timing_->undo();
+    if (appended > 0) individuals_->undo();
+    std::error_code ignored;
+    fs::remove(champion, ignored);
+    throw;
+  }
+}
+
+void RunDirectory::summarize(const Json& summary) {
+  write_file(path_ / "summary.json", to_text(summary));
+}
+
+}  // namespace somas::run
