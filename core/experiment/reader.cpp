@@ -203,6 +203,25 @@ void check_characters(const std::string& text, const std::string& origin) {
   }
 }
 
+Position place_of(const YAML::Exception& error, const std::string& origin) {
+  // Some of its errors know no place.
+  if (error.mark.is_null()) return {origin, 1, 1};
+  return {origin, static_cast<std::size_t>(error.mark.line) + 1,
+          static_cast<std::size_t>(error.mark.column) + 1};
+}
+
+// yaml-cpp closes an open quote by itself at a last line break, and complains only without one.
+void refuse_open_quote(const std::string& text, const std::string& origin) {
+  std::istringstream stream(text.substr(0, text.find_last_not_of("\r\n") + 1));
+  TreeBuilder nobody(origin);
+  try {
+    YAML::Parser(stream).HandleNextDocument(nobody);
+  } catch (const YAML::Exception& error) {
+    if (error.msg == YAML::ErrorMsg::EOF_IN_SCALAR)
+      throw InputError(place_of(error, origin), "not valid YAML: a quote is not closed");
+  }
+}
+
 void place_all(Node& node, const Position& position) {
   node.position = position;
   node.key_position = position;
@@ -234,6 +253,7 @@ std::string read_text(const std::filesystem::path& file) {
 }
 
 Node parse_yaml(const std::string& text, const std::string& origin) {
+  refuse_open_quote(text, origin);
   std::istringstream stream(text);
   TreeBuilder builder(origin);
   try {
@@ -245,11 +265,7 @@ Node parse_yaml(const std::string& text, const std::string& origin) {
                        "a second document; an experiment is a single one, without '---' inside");
     return root;
   } catch (const YAML::Exception& error) {
-    // Some of its errors know no place.
-    const bool placed = !error.mark.is_null();
-    const Position position{origin, placed ? static_cast<std::size_t>(error.mark.line) + 1 : 1,
-                            placed ? static_cast<std::size_t>(error.mark.column) + 1 : 1};
-    throw InputError(position, "not valid YAML: " + error.msg);
+    throw InputError(place_of(error, origin), "not valid YAML: " + error.msg);
   }
 }
 

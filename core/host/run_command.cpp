@@ -35,6 +35,7 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   options.threads = command.threads;
   options.quiet = command.quiet;
   options.genomes = command.genomes;
+  options.plugin_path = command.plugin_path;
   options.command_line = command.command_line;
   const run::RunReport report = run::run(experiment, options, terminal, signals.token());
 

@@ -20,7 +20,7 @@ bool is_reserved(std::string_view text) {
 }
 
 bool is_plain(std::string_view text) {
-  if (text.empty() || !is_letter(text[0]) || is_reserved(text)) return false;
+  if (text.empty() || !(is_letter(text[0]) || text[0] == '/') || is_reserved(text)) return false;
   return std::all_of(text.begin(), text.end(), [](char c) {
     return is_letter(c) || (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '/';
   });

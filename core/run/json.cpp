@@ -11,6 +11,7 @@ namespace somas::run {
 namespace {
 
 constexpr std::size_t line_width = 100;
+constexpr std::size_t object_width = 140;
 
 bool is_plain_list(const Json& json) {
   return json.is_array() && std::none_of(json.begin(), json.end(),
@@ -96,7 +97,7 @@ void format(const Json& json, std::size_t depth, std::string& out) {
   if (is_small_object(json)) {
     const std::string line = one_line_object(json);
     const std::size_t start = out.size() - (out.rfind('\n') + 1);
-    if (start + line.size() + 1 <= line_width) {
+    if (start + line.size() + 1 <= object_width) {
       out += line;
       return;
     }

@@ -20,7 +20,8 @@ namespace somas::run {
 /// Members keep their order.
 using Json = nlohmann::ordered_json;
 
-/// Two spaces a level; lists of plain values are filled up to 100 columns. Doubles are written as
+/// Two spaces a level; lists of plain values are filled up to 100 columns, small objects stay on one
+/// line. Doubles are written as
 /// the shortest decimals that read back exactly.
 [[nodiscard]] std::string to_text(const Json& json);
 

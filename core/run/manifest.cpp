@@ -95,23 +95,34 @@ Json genomes_to_json(const std::vector<GivenGenome>& genomes) {
 
 }  // namespace
 
-Json manifest_of(const experiment::Experiment& experiment, const std::filesystem::path& file,
-                 const std::vector<std::string>& command_line,
-                 const std::vector<GivenGenome>& genomes) {
+Json manifest_of(const experiment::Experiment& experiment, const Request& request) {
   Json json;
   json["format"] = "somas-run/1";
   json["experiment"] = experiment.name;
-  json["file"] = file.string();
+  json["file"] = request.file.string();
   json["seed"] = experiment.seed;
   json["objective"] = experiment.ecosystem->fitness().objective();
-  json["command_line"] = command_line;
+  json["command_line"] = request.command_line;
   json["somas"] = build_info().version;
   json["host_xxh3_128"] = hash_of_file("/proc/self/exe");
   json["build"] = build_to_json();
   json["system"] = system_to_json();
   json["plugins"] = plugins_to_json(experiment);
-  json["genomes"] = genomes_to_json(genomes);
+  json["plugin_path"] = Json::array();
+  for (const std::filesystem::path& directory : request.plugin_path)
+    json["plugin_path"].push_back(
+        std::filesystem::absolute(directory).lexically_normal().string());
+  json["genomes"] = genomes_to_json(request.genomes);
   return json;
+}
+
+std::vector<std::filesystem::path> plugin_path_of(const Json& manifest,
+                                                  const std::string& origin) {
+  const JsonView view(manifest, origin);
+  const JsonView& list = view.member("plugin_path");
+  std::vector<std::filesystem::path> directories;
+  for (std::size_t i = 0; i < list.size(); ++i) directories.emplace_back(list.item(i).text());
+  return directories;
 }
 
 std::vector<std::string> changed_plugins(const Json& manifest, const std::string& origin,

@@ -94,9 +94,10 @@ double Progress::seconds_left(std::uint64_t done) const {
 
 std::string Progress::description(std::uint64_t done) const {
   const bool complete = done == evaluations_;
-  std::string text = "generation " + std::to_string(generation_ + 1) + "/" +
-                     std::to_string(generations_);
-  if (!complete) text += " (" + std::to_string(done) + "/" + std::to_string(evaluations_) + ")";
+  // Generations count from 0, as everywhere else.
+  std::string text = "generation " + std::to_string(generation_) + " (" +
+                     std::to_string(generation_ + 1) + " of " + std::to_string(generations_) + ")";
+  if (!complete) text += " " + std::to_string(done) + "/" + std::to_string(evaluations_);
   if (last_) text += ": best " + number_text(last_->best) + ", median " + number_text(last_->median);
   else text += ": best -, median -";
   text += ", " + rate_text(rate_) + " evaluations/s";

@@ -10,11 +10,18 @@
 namespace somas::run {
 namespace {
 
-experiment::Experiment load_resolved(const ReplayOptions& options) {
+/// The experiment as it was resolved then, with today's plugins.
+experiment::Experiment load_resolved(const ReplayOptions& options, ReplayReport& report) {
   const std::filesystem::path file = options.run / "resolved.yaml";
-  if (!std::filesystem::exists(file))
-    throw UsageError(options.run.string() + " is no run directory: it has no resolved.yaml");
-  return experiment::load(file, {options.overrides, options.plugin_directories});
+  const std::filesystem::path manifest_file = options.run / "manifest.json";
+  const Json manifest = parse_json(read_file(manifest_file), manifest_file.string());
+
+  experiment::LoadOptions load{options.overrides, options.plugin_directories};
+  if (load.plugin_directories.empty())
+    load.plugin_directories = plugin_path_of(manifest, manifest_file.string());
+  experiment::Experiment experiment = experiment::load(file, load);
+  report.warnings = changed_plugins(manifest, manifest_file.string(), experiment);
+  return experiment;
 }
 
 // A what-if may have changed the ports; otherwise genes that do not fit are an error.
@@ -97,12 +104,7 @@ ReplayReport replay(const ReplayOptions& options) {
                      file.string() + " does not exist; the last one is " +
                      std::to_string(last_generation(options.run)));
 
-  // The experiment as it was resolved then, with today's plugins.
-  const experiment::Experiment experiment = load_resolved(options);
-  const std::filesystem::path manifest = options.run / "manifest.json";
-  report.warnings = changed_plugins(parse_json(read_file(manifest), manifest.string()),
-                                    manifest.string(), experiment);
-
+  const experiment::Experiment experiment = load_resolved(options, report);
   const evolution::Heredity heredity(*experiment.ecosystem);
   report.recorded = parse_champion(read_file(file), file.string(), heredity);
   if (!report.recorded.genes_match_bytes)

@@ -44,8 +44,8 @@ class Run {
     if (given_.size() > settings_.population)
       throw UsageError(std::to_string(given_.size()) + " genomes do not fit a population of " +
                        std::to_string(settings_.population));
-    const Json manifest =
-        manifest_of(experiment, options.file, options.command_line, given);
+    const Json manifest = manifest_of(
+        experiment, {options.file, options.command_line, options.plugin_path, given});
 
     const std::filesystem::path path =
         make_run_directory(options.out, experiment.name, experiment.seed);

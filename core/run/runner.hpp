@@ -19,7 +19,8 @@ struct RunOptions {
   unsigned threads = 0;                        ///< 0: one per processor
   bool quiet = false;                          ///< no progress
   std::vector<std::filesystem::path> genomes{};  ///< saved genomes that seed the first generation
-  std::vector<std::string> command_line{};
+  std::vector<std::filesystem::path> plugin_path{};  ///< for the manifest
+  std::vector<std::string> command_line{};           ///< for the manifest
 };
 
 struct RunReport {
