@@ -23,7 +23,8 @@ struct Position {
   [[nodiscard]] std::string text() const;  ///< "exp1.yaml:3:5"
 };
 
-/// Bad input: position, key, what is allowed, a suggestion. what() is the whole message; exit code 2.
+/// Bad input: position, key, what is allowed, a suggestion. what() is the whole message; exit
+/// code 2.
 class InputError : public std::runtime_error {
  public:
   InputError(Position position, const std::string& message);
@@ -40,8 +41,8 @@ struct Experiment {
   evolution::Settings evolution;
   std::shared_ptr<const model::Ecosystem> ecosystem;
 
-  std::string original_yaml;   ///< the experiment file, byte for byte
-  std::string resolved_yaml;   ///< every key with its value, loadable again, extends folded in
+  std::string original_yaml;  ///< the experiment file, byte for byte
+  std::string resolved_yaml;  ///< every key with its value, loadable again, extends folded in
 
   /// A library in use, for the manifest.
   struct Library {
@@ -53,8 +54,8 @@ struct Experiment {
 };
 
 struct LoadOptions {
-  std::vector<std::string> overrides;                    ///< "path.to.key=value" (--set), in order
-  std::vector<std::filesystem::path> plugin_directories; ///< --plugin-path
+  std::vector<std::string> overrides;                     ///< "path.to.key=value" (--set), in order
+  std::vector<std::filesystem::path> plugin_directories;  ///< --plugin-path
 };
 
 /// Reads, resolves, validates and wires. Throws InputError.

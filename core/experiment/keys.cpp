@@ -41,7 +41,8 @@ void describe(Describe& d, model::Mechanics& m) {
     {.unit = "force time/length", .minimum = 0});
   d("drag", m.drag, "Drag of a cell against the medium",
     {.unit = "force time/length", .minimum = 0});
-  d("pressure_scale", m.pressure_scale, "Summed force of collision springs that reads as pressure 1/2",
+  d("pressure_scale", m.pressure_scale,
+    "Summed force of collision springs that reads as pressure 1/2",
     {.unit = "force", .minimum = 0, .minimum_open = true});
 }
 
@@ -136,7 +137,8 @@ void describe(Describe& d, evolution::Settings& s) {
 
 void describe(Describe& d, CoreValues& v) {
   d("somas", v.format, "Version of the file format",
-    {.minimum = static_cast<double>(format_version), .maximum = static_cast<double>(format_version)});
+    {.minimum = static_cast<double>(format_version),
+     .maximum = static_cast<double>(format_version)});
   d("name", v.name, "Name of the experiment; left out: the file's, without its extension");
   d("seed", v.seed, "Seed of everything random", {.minimum = 0});
   block(d, "world", v.world, "The organisms' world");

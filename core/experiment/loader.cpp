@@ -105,8 +105,7 @@ void Loader::find_plugins() {
       const bool in_file = item.position.line != 0;
       const std::filesystem::path base =
           in_file ? std::filesystem::path(item.position.origin).parent_path() : "";
-      std::filesystem::path directory =
-          std::filesystem::absolute(base / *text).lexically_normal();
+      std::filesystem::path directory = std::filesystem::absolute(base / *text).lexically_normal();
       if (directory_exists(directory)) {
         path.push_back({directory, item.position.text()});
         directories_.push_back(std::move(directory));
@@ -154,14 +153,15 @@ void Loader::check_single(PluginKind kind) {
     return;
   }
   problems_.add(root_.key_position, name,
-                "missing; write '" + name + ": {plugin: ID}'; available: " +
-                    plugins::join(registry_->ids(kind)));
+                "missing; write '" + name +
+                    ": {plugin: ID}'; available: " + plugins::join(registry_->ids(kind)));
 }
 
 void Loader::check_block(PluginKind kind, const Node& node, const std::string& path,
                          const std::string& instance, const std::string& default_plugin) {
   if (node.kind == Node::Kind::null) {
-    problems_.add(node.position, path, "expected a mapping with 'plugin: ID', found nothing (null)");
+    problems_.add(node.position, path,
+                  "expected a mapping with 'plugin: ID', found nothing (null)");
     return;
   }
   if (!validator_.expect_mapping(node, path)) return;
@@ -278,8 +278,8 @@ std::vector<Experiment::Library> Loader::libraries() const {
       return one.file == library.file();
     });
     if (entry == used.end())
-      entry = used.insert(used.end(), {library.file(), library.id(), library.version(),
-                                       library.fingerprint(), {}});
+      entry = used.insert(
+          used.end(), {library.file(), library.id(), library.version(), library.fingerprint(), {}});
     const std::string id = block.plugin.id();
     if (std::find(entry->classes.begin(), entry->classes.end(), id) == entry->classes.end())
       entry->classes.push_back(id);

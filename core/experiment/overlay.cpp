@@ -82,8 +82,7 @@ Node read_layer(const std::filesystem::path& file, const std::string& text,
                      "extends: expected a file's name, found " + extends->description());
 
   // The base, unless it is on the way here already.
-  const std::filesystem::path base_file =
-      (file.parent_path() / extends->text).lexically_normal();
+  const std::filesystem::path base_file = (file.parent_path() / extends->text).lexically_normal();
   std::error_code error;
   chain.push_back({std::filesystem::weakly_canonical(file, error), file.string()});
   const std::filesystem::path real = std::filesystem::weakly_canonical(base_file, error);
@@ -151,8 +150,8 @@ bool names_plugin(Segments path) {
     throw InputError(position, so_far + ": a list of " + std::to_string(at.items.size()) +
                                    " elements" + range + ", '" + segment + "' is none of them");
   }
-  throw InputError(position,
-                   so_far + ": is " + at.description() + ", there is no '" + segment + "' below it");
+  throw InputError(
+      position, so_far + ": is " + at.description() + ", there is no '" + segment + "' below it");
 }
 
 // A new child for the segment; a number that finds no list is an index into the default.

@@ -9,8 +9,8 @@
 namespace somas::experiment {
 
 /// Lays `over` upon `base`: mappings merge, everything else replaces. A plugin's block whose
-/// `plugin` differs is replaced as a whole; an environment that is null is removed. The experiment's
-/// `name` is not inherited.
+/// `plugin` differs is replaced as a whole; an environment that is null is removed. The
+/// experiment's `name` is not inherited.
 void overlay(Node& base, Node over);
 
 /// Reads `text`, the content of `file`, and everything it extends, nearest last. The result has no

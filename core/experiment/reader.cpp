@@ -1,14 +1,14 @@
 #include "core/experiment/reader.hpp"
 
-#include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/exceptions.h>
-#include <yaml-cpp/mark.h>
-#include <yaml-cpp/parser.h>
-
 #include <fstream>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
 
 namespace somas::experiment {
 namespace {
@@ -144,7 +144,8 @@ class TreeBuilder final : public YAML::EventHandler {
     refuse_tag(tag, position);
     const bool is_key = expects_key();
     if (open_.size() >= deepest_nesting)
-      throw InputError(position, "nested deeper than " + std::to_string(deepest_nesting) + " levels");
+      throw InputError(position,
+                       "nested deeper than " + std::to_string(deepest_nesting) + " levels");
     Open& opened = open_.emplace_back();
     opened.is_key = is_key;
     opened.node.kind = kind;
@@ -192,8 +193,7 @@ void check_characters(const std::string& text, const std::string& origin) {
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const std::size_t length = sequence_length(text, i);
-    if (length == 0)
-      throw InputError(position, "not UTF-8 text; save the file as UTF-8");
+    if (length == 0) throw InputError(position, "not UTF-8 text; save the file as UTF-8");
     const bool blank = byte == '\n' || byte == '\t' || byte == '\r';
     if ((byte < 0x20 && !blank) || byte == 0x7F)
       throw InputError(position, "a control character: not a text file, or a damaged one");
@@ -247,7 +247,8 @@ std::string read_text(const std::filesystem::path& file) {
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad() || (!stream && !stream.eof())) throw InputError(whole, "cannot be read");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > largest_file) throw InputError(whole, "larger than 1 MiB: not an experiment file");
+  if (text.size() > largest_file)
+    throw InputError(whole, "larger than 1 MiB: not an experiment file");
   check_characters(text, file.string());
   return text;
 }

@@ -93,7 +93,10 @@ void Problems::raise() const {
   if (problems_.empty()) return;
   std::string text = problems_[0].message;
   for (std::size_t i = 1; i < std::min(most, problems_.size()); ++i)
-    text.append("\n").append(problems_[i].position.text()).append(": ").append(problems_[i].message);
+    text.append("\n")
+        .append(problems_[i].position.text())
+        .append(": ")
+        .append(problems_[i].message);
   if (problems_.size() > most)
     text.append("\n(and ").append(std::to_string(problems_.size() - most)).append(" more)");
   throw InputError(problems_[0].position, text);
@@ -109,7 +112,8 @@ void Validator::wrong(const Node& node, const std::string& path, const std::stri
 
 bool Validator::expect_mapping(const Node& node, const std::string& path) {
   if (node.kind == Node::Kind::mapping && !node.patch) return true;
-  wrong(node, path, "a mapping", node.kind == Node::Kind::null ? "; write {} for all defaults" : "");
+  wrong(node, path, "a mapping",
+        node.kind == Node::Kind::null ? "; write {} for all defaults" : "");
   return false;
 }
 
@@ -121,8 +125,7 @@ bool Validator::is_plain_scalar(const Node& node, const std::string& path,
   return false;
 }
 
-void Validator::out_of_range(const ParameterInfo& info, const Node& node,
-                             const std::string& path) {
+void Validator::out_of_range(const ParameterInfo& info, const Node& node, const std::string& path) {
   problems_.add(node.position, path,
                 node.text + " is out of range; allowed: " + plugins::range_text(info));
 }
@@ -230,8 +233,7 @@ Validator::Read Validator::integer(const ParameterInfo& info, const Node& node,
   const std::string_view text = without_plus(node.text);
   const auto error = std::from_chars(text.data(), text.data() + text.size(), result.integer).ec;
   if (error != std::errc()) {
-    problems_.add(node.position, path,
-                  node.text + " is beyond 64 bits; allowed: " + most_of(info));
+    problems_.add(node.position, path, node.text + " is beyond 64 bits; allowed: " + most_of(info));
     return {};
   }
   if (!plugins::in_range(info, static_cast<double>(result.integer))) {
@@ -296,8 +298,7 @@ Validator::Read Validator::list(const ParameterInfo& info, const Node& node,
   }
   ParameterValue result = scalar(ParameterKind::list);
   for (std::size_t i = 0; i < node.items.size(); ++i) {
-    Read element =
-        value(info.fields[0], node.items[i], indexed(path, i), nullptr);
+    Read element = value(info.fields[0], node.items[i], indexed(path, i), nullptr);
     if (!element) continue;
     element->key.clear();
     result.items.push_back(std::move(*element));

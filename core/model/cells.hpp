@@ -9,8 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "core/model/schema.hpp"
 #include "somas/sdk/types.hpp"
+
+#include "core/model/schema.hpp"
 
 namespace somas::model {
 
@@ -57,9 +58,9 @@ struct CellStore {
   std::vector<std::uint16_t> organism, state, target;             ///< target of a specialization
   std::vector<Action> action;
   std::vector<std::uint8_t> dead;
-  std::vector<std::vector<double>> values;                        ///< by cell value Id
-  std::vector<std::vector<double>> damage;                        ///< by hazard Id
-  FloatMatrix memory;                                             ///< of the controller
+  std::vector<std::vector<double>> values;  ///< by cell value Id
+  std::vector<std::vector<double>> damage;  ///< by hazard Id
+  FloatMatrix memory;                       ///< of the controller
 
   /// Derived, kept by `reorganise`.
   std::vector<CellRange> ranges;

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "somas/sdk/rng.hpp"
+
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
-#include "somas/sdk/rng.hpp"
 
 namespace somas::model {
 
@@ -15,10 +16,14 @@ constexpr double equal_eigenvalues = 1e-9;
 
 std::uint32_t duration(const Cycle& cycle, Action action) {
   switch (action) {
-    case Action::division: return cycle.division_steps;
-    case Action::specialization: return cycle.specialization_steps;
-    case Action::apoptosis: return cycle.apoptosis_steps;
-    default: return cycle.quiescence_steps;
+    case Action::division:
+      return cycle.division_steps;
+    case Action::specialization:
+      return cycle.specialization_steps;
+    case Action::apoptosis:
+      return cycle.apoptosis_steps;
+    default:
+      return cycle.quiescence_steps;
   }
 }
 
@@ -73,8 +78,7 @@ void CycleSolver::decide(const Ecosystem& ecosystem, WorldState& world,
   for (const std::uint32_t i : cells.order) {
     if (cells.action[i] != Action::none) continue;
     OrganismState& organism = world.organisms[cells.organism[i]];
-    Choice choice =
-        strongest(world.state_of(i), organism.phenotype->ports->out(), outputs, i);
+    Choice choice = strongest(world.state_of(i), organism.phenotype->ports->out(), outputs, i);
     if (choice.action == Action::division) {
       const bool able = cells.energy[i] >= config.cycle.division_energy &&
                         cells.pressure[i] <= config.cycle.division_pressure;

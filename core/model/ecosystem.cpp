@@ -45,8 +45,9 @@ class TreeBuilder final : public TreeSink {
             "the adhesion range must be at least 1");
     require(spec.skills.size() == skills_.size(), "one value is needed for every skill");
     for (std::size_t i = 0; i < skills_.size(); ++i)
-      require(spec.skills[i] >= skills_[i].spec.minimum && spec.skills[i] <= skills_[i].spec.maximum,
-              "a skill is out of its range");
+      require(
+          spec.skills[i] >= skills_[i].spec.minimum && spec.skills[i] <= skills_[i].spec.maximum,
+          "a skill is out of its range");
     State state{.name = name,
                 .key = spec.key != 0 ? spec.key : stable_key(name),
                 .parent = spec.parent,

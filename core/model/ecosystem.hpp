@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "core/model/config.hpp"
-#include "core/model/schema.hpp"
 #include "somas/sdk/controller.hpp"
 #include "somas/sdk/environment.hpp"
 #include "somas/sdk/fitness.hpp"
 #include "somas/sdk/specialization.hpp"
+
+#include "core/model/config.hpp"
+#include "core/model/schema.hpp"
 
 namespace somas::model {
 
@@ -29,8 +30,8 @@ struct State {
   std::uint64_t key = 0;
   std::uint16_t parent = no_state;
   double mass = 1, radius = 1, stiffness = 10, adhesion = 3, adhesion_range = 1.2;
-  std::vector<double> skills;             ///< by skill Id
-  std::vector<std::uint16_t> children;    ///< ascending
+  std::vector<double> skills;           ///< by skill Id
+  std::vector<std::uint16_t> children;  ///< ascending
 
   [[nodiscard]] double skill(Id id) const { return skills[id]; }
 };
@@ -45,7 +46,7 @@ struct OutputChannels {
   std::uint32_t quiescence = 0, division = 0, apoptosis = 0, conversion = 0, diffusion = 0;
   std::vector<std::uint32_t> specialize;  ///< by target state; [0] unused
   std::vector<std::uint32_t> morphogens;
-  std::vector<std::uint32_t> uptakes;     ///< by resource
+  std::vector<std::uint32_t> uptakes;  ///< by resource
 };
 
 /// Input channels of a layout, by meaning: morphogens, pressure, energy, ambrosia, sensors.
@@ -73,7 +74,8 @@ class Ports {
   OutputChannels out_;
 };
 
-/// One genome: a chromosome per heritable part, the controller's first, then the tree's if it evolves.
+/// One genome: a chromosome per heritable part, the controller's first, then the tree's if it
+/// evolves.
 struct Genome {
   Genes controller;
   Genes tree;

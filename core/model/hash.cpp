@@ -1,9 +1,8 @@
 // The hash of a world: storage order, caches and wall-clock play no part in it.
 #define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include <cstring>
 #include <memory>
+#include <xxhash.h>
 
 #include "core/model/simulation.hpp"
 

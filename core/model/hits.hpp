@@ -5,8 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "core/model/cells.hpp"
 #include "somas/sdk/world.hpp"
+
+#include "core/model/cells.hpp"
 
 namespace somas::model {
 

@@ -16,10 +16,10 @@ constexpr double skin = 0.25;
 constexpr double coincident = 1e-12;
 
 struct Pair {
-  double nx = 0, ny = 0;       ///< unit vector from the other cell to this one
-  double collision = 0;        ///< magnitude of the collision spring's push
-  double total = 0;            ///< signed force along n on this cell
-  bool contact = false;        ///< the adhesion spring is active
+  double nx = 0, ny = 0;  ///< unit vector from the other cell to this one
+  double collision = 0;   ///< magnitude of the collision spring's push
+  double total = 0;       ///< signed force along n on this cell
+  bool contact = false;   ///< the adhesion spring is active
   bool active = false;
 };
 
@@ -55,8 +55,7 @@ inline Pair interact(const CellStore& cells, const Body& a, const Body& b, std::
   }
   pair.active = true;
   pair.contact = kin;
-  if (distance < radii)
-    pair.collision = 0.5 * (a.stiffness + b.stiffness) * (radii - distance);
+  if (distance < radii) pair.collision = 0.5 * (a.stiffness + b.stiffness) * (radii - distance);
   const double pull = kin ? 0.5 * (a.adhesion + b.adhesion) * (distance - 0.5 * radii) : 0.0;
   const double approach = (a.vx - b.vx) * pair.nx + (a.vy - b.vy) * pair.ny;
   pair.total = pair.collision - pull - damping * approach;
@@ -124,7 +123,8 @@ void MechanicsSolver::refresh_neighbours(const CellStore& cells) {
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
   const CellStore& cells = world.cells;
   const auto count = static_cast<std::uint32_t>(bodies_.size());
-  // Every cell gathers its own force in canonical order; pairs are computed twice, exactly opposite.
+  // Every cell gathers its own force in canonical order; pairs are computed twice, exactly
+  // opposite.
   for (std::uint32_t i = 0; i < count; ++i) {
     const Body& body = bodies_[i];
     double fx = external_x_[i] - constants.drag * body.vx;

@@ -34,7 +34,7 @@ class MechanicsSolver {
   NeighbourLists neighbours_;
   std::vector<Body> bodies_;
   std::vector<double> inverse_mass_;
-  std::vector<double> fx_, fy_;          ///< of springs and dampers
+  std::vector<double> fx_, fy_;  ///< of springs and dampers
   std::vector<double> external_x_, external_y_;
 };
 

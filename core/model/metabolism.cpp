@@ -39,8 +39,8 @@ void MetabolismSolver::take_up(const Ecosystem& ecosystem, WorldState& world,
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
       double total = 0;
       for (std::size_t r = 0; r < resources.size(); ++r) {
-        const double wish = share(outputs.row(channels.uptakes[r])[i]) *
-                            state.skill(resources[r].production_skill);
+        const double wish =
+            share(outputs.row(channels.uptakes[r])[i]) * state.skill(resources[r].production_skill);
         demand_[r * count + i] = wish;
         total += wish;
       }

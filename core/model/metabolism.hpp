@@ -30,11 +30,11 @@ class MetabolismSolver {
   void pay(const Ecosystem& ecosystem, WorldState& world);
 
  private:
-  std::vector<double> demand_;             // by resource, then cell
-  std::vector<std::int64_t> square_;       // of the resource's grid under each cell, -1: none
+  std::vector<double> demand_;        // by resource, then cell
+  std::vector<std::int64_t> square_;  // of the resource's grid under each cell, -1: none
   std::vector<double> square_demand_;
-  std::vector<double> offer_;              // by each cell to each of its contacts
-  std::vector<double> accepted_, gain_;    // share taken of what comes in, and how much that is
+  std::vector<double> offer_;            // by each cell to each of its contacts
+  std::vector<double> accepted_, gain_;  // share taken of what comes in, and how much that is
   std::vector<double> efficiency_, room_;
 };
 

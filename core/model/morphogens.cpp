@@ -80,8 +80,7 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   const auto diagonal = static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two));
   for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
     const float* middle = now.data() + index(box.left, row);
-    sweep_row(middle - stride_, middle, middle + stride_,
-              next_[kind].data() + index(box.left, row),
+    sweep_row(middle - stride_, middle, middle + stride_, next_[kind].data() + index(box.left, row),
               static_cast<std::ptrdiff_t>(box.right - box.left + 1), straight, diagonal);
   }
   now.swap(next_[kind]);
@@ -149,8 +148,7 @@ void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amoun
   const auto clip = [&](std::int32_t i) {
     return static_cast<std::uint32_t>(std::clamp(i, 0, static_cast<std::int32_t>(size_) - 1));
   };
-  touch(clip(at.column - 1), clip(at.column + 1), clip(at.row - 1), clip(at.row + 1),
-        boxes_[kind]);
+  touch(clip(at.column - 1), clip(at.column + 1), clip(at.row - 1), clip(at.row + 1), boxes_[kind]);
 }
 
 }  // namespace somas::model

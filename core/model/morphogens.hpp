@@ -13,9 +13,9 @@ namespace somas::model {
 /// The 3x3 block of squares round a point with inverse-distance weights; squares off the grid have
 /// weight 0. At a centre (nearer than 1e-6 sides) that square has all the weight.
 struct Footprint {
-  std::int32_t column = 0, row = 0;   ///< of the block's middle square; may lie one off the grid
-  std::array<float, 9> weight{};      ///< row-major from the lower left, not normalised
-  float sum = 0, peak = 0;            ///< of the weights
+  std::int32_t column = 0, row = 0;  ///< of the block's middle square; may lie one off the grid
+  std::array<float, 9> weight{};     ///< row-major from the lower left, not normalised
+  float sum = 0, peak = 0;           ///< of the weights
 };
 
 class MorphogenFields {

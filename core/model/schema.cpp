@@ -91,8 +91,8 @@ Id SchemaBuilder::grid(std::string_view name, const GridSpec& spec) {
 
 Id SchemaBuilder::table(std::string_view name, std::span<const std::string_view> columns) {
   if (owned(schema_.tables, instance_, name)) clash(instance_, "a table", name);
-  return append(schema_.tables, TableDeclaration{instance_, std::string(name),
-                                                 {columns.begin(), columns.end()}});
+  return append(schema_.tables,
+                TableDeclaration{instance_, std::string(name), {columns.begin(), columns.end()}});
 }
 
 Id SchemaBuilder::hazard(std::string_view name, Id resistance_skill) {

@@ -5,9 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/model/config.hpp"
 #include "somas/sdk/specialization.hpp"
 #include "somas/sdk/world.hpp"
+
+#include "core/model/config.hpp"
 
 namespace somas::model {
 

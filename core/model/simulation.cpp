@@ -129,8 +129,8 @@ void Simulation::control() {
   CellStore& cells = state_.cells;
   std::uint32_t rows = 0;
   for (const OrganismState& organism : state_.organisms)
-    rows = std::max(rows, static_cast<std::uint32_t>(
-                              organism.phenotype->ports->layout().outputs.size()));
+    rows = std::max(rows,
+                    static_cast<std::uint32_t>(organism.phenotype->ports->layout().outputs.size()));
   outputs_.reshape(rows, cells.size());
   for (const CellRange& range : cells.ranges) {
     const Phenotype& phenotype = *state_.organisms[range.organism].phenotype;
@@ -140,8 +140,8 @@ void Simulation::control() {
         .organism = range.organism,
         .state = range.state,
         .in = std::as_const(inputs_).lanes(range.begin, range.count(), layout.input_channels),
-        .memory = cells.memory.lanes(range.begin, range.count(),
-                                     phenotype.program->memory_per_cell()),
+        .memory =
+            cells.memory.lanes(range.begin, range.count(), phenotype.program->memory_per_cell()),
         .out = outputs_.lanes(range.begin, range.count(),
                               static_cast<std::uint32_t>(layout.outputs.size()))};
     // Founders settle on their first inputs before their first step.

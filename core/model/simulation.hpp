@@ -6,13 +6,14 @@
 #include <span>
 #include <vector>
 
+#include "somas/sdk/fitness.hpp"
+
 #include "core/model/cycle.hpp"
 #include "core/model/ecosystem.hpp"
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
 #include "core/model/world_state.hpp"
 #include "core/model/world_view.hpp"
-#include "somas/sdk/fitness.hpp"
 
 namespace somas::model {
 
@@ -41,6 +42,7 @@ class Simulation {
   [[nodiscard]] bool finished() const { return state_.finished; }
   [[nodiscard]] std::uint64_t steps_done() const { return state_.step; }
   [[nodiscard]] const WorldState& state() const { return state_; }
+  [[nodiscard]] const Ecosystem& ecosystem() const { return ecosystem_; }
   /// For tests and what-if studies, between steps only. After adding, removing or respecializing
   /// cells call `restructured`.
   [[nodiscard]] WorldState& mutable_state() { return state_; }

@@ -94,7 +94,7 @@ struct Contacts {
 
 struct WorldState {
   std::uint64_t seed = 0;
-  std::uint64_t step = 0;   ///< the step that runs or comes next
+  std::uint64_t step = 0;  ///< the step that runs or comes next
   bool finished = false;
   CellStore cells;
   Contacts contacts;

@@ -32,9 +32,19 @@ void WorldView::guarded(const std::string& instance, const char* call, Call&& bo
 
 void WorldView::refresh() {
   const CellStore& c = state_.cells;
-  cells_ = {.count = c.size(), .x = c.x, .y = c.y, .vx = c.vx, .vy = c.vy, .radius = c.radius,
-            .energy = c.energy, .ambrosia = c.ambrosia, .pressure = c.pressure, .id = c.id,
-            .state = c.state, .organism = c.organism, .dead = c.dead};
+  cells_ = {.count = c.size(),
+            .x = c.x,
+            .y = c.y,
+            .vx = c.vx,
+            .vy = c.vy,
+            .radius = c.radius,
+            .energy = c.energy,
+            .ambrosia = c.ambrosia,
+            .pressure = c.pressure,
+            .id = c.id,
+            .state = c.state,
+            .organism = c.organism,
+            .dead = c.dead};
   skills_.resize(ecosystem_.schema().skills.size());
   skill_filled_.assign(skills_.size(), false);
   hits_ready_ = false;

@@ -24,7 +24,8 @@ bool is_word(const char* text) {
 }
 
 [[noreturn]] void bad(const std::string& where, const std::string& what) {
-  throw BadPlugin("its table is unusable: " + where + ": " + what + "; this is a fault of the plugin");
+  throw BadPlugin("its table is unusable: " + where + ": " + what +
+                  "; this is a fault of the plugin");
 }
 
 void check_parameters(const ParameterInfo* first, std::uint64_t count, const std::string& where,
@@ -50,8 +51,7 @@ void check_default(const ParameterInfo& info, const std::string& where) {
     bad(where, "its default is not a finite number");
   if (info.kind == ParameterKind::number && !in_range(info, fallback.number))
     bad(where, "its default " + format_number(fallback.number) + " is out of its range");
-  if (info.kind == ParameterKind::integer &&
-      !in_range(info, static_cast<double>(fallback.integer)))
+  if (info.kind == ParameterKind::integer && !in_range(info, static_cast<double>(fallback.integer)))
     bad(where, "its default " + std::to_string(fallback.integer) + " is out of its range");
 }
 
@@ -81,7 +81,8 @@ void check_parameters(const ParameterInfo* first, std::uint64_t count, const std
     const char* name = first[i].name;
     if (!is_word(name))
       bad(where, "parameter " + std::to_string(i) + " has no lower_snake_case name");
-    if (!names.insert(name).second) bad(where, "two parameters are called '" + std::string(name) + "'");
+    if (!names.insert(name).second)
+      bad(where, "two parameters are called '" + std::string(name) + "'");
     check_parameter(first[i], where + "." + name, depth);
   }
 }

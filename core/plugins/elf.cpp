@@ -1,8 +1,7 @@
 #include "core/plugins/elf.hpp"
 
-#include <elf.h>
-
 #include <cstring>
+#include <elf.h>
 #include <fstream>
 #include <system_error>
 #include <vector>

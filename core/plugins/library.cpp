@@ -1,9 +1,10 @@
 #include "core/plugins/library.hpp"
 
-#include <boost/dll/shared_library.hpp>
 #include <cassert>
 #include <map>
 #include <mutex>
+
+#include <boost/dll/shared_library.hpp>
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
@@ -77,7 +78,8 @@ Library::Library(const std::filesystem::path& file)
   // Code built with -ffast-math switches the whole process to flush-to-zero while it is loaded.
   const unsigned mode = float_mode();
   try {
-    handle_->library.load(file, boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local);
+    handle_->library.load(file,
+                          boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local);
   } catch (const std::exception& error) {
     set_float_mode(mode);
     throw BadPlugin("the system's loader refuses it: " + loader_message(error.what(), file));

@@ -8,29 +8,31 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/plugins/elf.hpp"
-#include "core/plugins/values.hpp"
 #include "somas/sdk/abi.hpp"
 #include "somas/sdk/controller.hpp"
 #include "somas/sdk/environment.hpp"
 #include "somas/sdk/fitness.hpp"
 #include "somas/sdk/specialization.hpp"
 
+#include "core/plugins/elf.hpp"
+#include "core/plugins/values.hpp"
+
 namespace somas::plugins {
 
 [[nodiscard]] std::string kind_name(PluginKind kind);  ///< "environment"
 
 template <class Interface>
-inline constexpr PluginKind kind_of = std::is_same_v<Interface, Environment> ? PluginKind::environment
-                                      : std::is_same_v<Interface, Specialization>
-                                          ? PluginKind::specialization
-                                      : std::is_same_v<Interface, Controller> ? PluginKind::controller
-                                                                              : PluginKind::fitness;
+inline constexpr PluginKind kind_of =
+    std::is_same_v<Interface, Environment>      ? PluginKind::environment
+    : std::is_same_v<Interface, Specialization> ? PluginKind::specialization
+    : std::is_same_v<Interface, Controller>     ? PluginKind::controller
+                                                : PluginKind::fitness;
 
 /// An accepted library. It stays loaded until the process ends.
 class Library {
  public:
-  /// Checks the file, loads it (once per file), and checks what it says of itself. Throws BadPlugin.
+  /// Checks the file, loads it (once per file), and checks what it says of itself. Throws
+  /// BadPlugin.
   [[nodiscard]] static std::shared_ptr<const Library> open(const std::filesystem::path& file);
 
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }

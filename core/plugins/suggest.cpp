@@ -31,7 +31,8 @@ std::size_t edit_distance(std::string_view first, std::string_view second) {
     for (std::size_t j = 1; j <= second.size(); ++j) {
       const char a = folded(first[i - 1]), b = folded(second[j - 1]);
       row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a == b ? 0 : 1)});
-      const bool swapped = i > 1 && j > 1 && a == folded(second[j - 2]) && folded(first[i - 2]) == b;
+      const bool swapped =
+          i > 1 && j > 1 && a == folded(second[j - 2]) && folded(first[i - 2]) == b;
       if (swapped) row[j] = std::min(row[j], before[j - 2] + 1);
     }
   }

@@ -79,9 +79,8 @@ std::string format_number(double number) {
   constexpr double exact = 1e15;
   const bool whole = std::trunc(number) == number && std::abs(number) < exact;
   char text[32];
-  const auto end = whole
-                       ? std::to_chars(text, text + sizeof text, number, std::chars_format::fixed)
-                       : std::to_chars(text, text + sizeof text, number);
+  const auto end = whole ? std::to_chars(text, text + sizeof text, number, std::chars_format::fixed)
+                         : std::to_chars(text, text + sizeof text, number);
   return {text, end.ptr};
 }
 

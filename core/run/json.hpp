@@ -21,8 +21,7 @@ namespace somas::run {
 using Json = nlohmann::ordered_json;
 
 /// Two spaces a level; lists of plain values are filled up to 100 columns, small objects stay on one
-/// line. Doubles are written as
-/// the shortest decimals that read back exactly.
+/// line. Doubles are written as the shortest decimals that read back exactly.
 [[nodiscard]] std::string to_text(const Json& json);
 
 /// Throws UsageError with `origin`, line and column.

@@ -1,5 +1,6 @@
-// The binary boundary: one exported symbol, a table of plain data behind it, and a note section that
-// a host can read from the file before it loads it. Plugin authors need none of this: see plugin.hpp.
+// The binary boundary: one exported symbol, a table of plain data behind it, and a note section
+// that a host can read from the file before it loads it. Plugin authors need none of this: see
+// plugin.hpp.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +28,10 @@
 #endif
 
 /// What host and plugin must agree on for C++ classes to cross the boundary.
-#define SOMAS_FINGERPRINT                                                               \
-  "somas-abi " SOMAS_STRINGIFY(SOMAS_ABI_REVISION) "; " SOMAS_STRINGS_ "; containers=" \
-  SOMAS_CONTAINERS_ "; pointer=" SOMAS_STRINGIFY(__SIZEOF_POINTER__)
+#define SOMAS_FINGERPRINT                                                       \
+  "somas-abi " SOMAS_STRINGIFY(                                                 \
+      SOMAS_ABI_REVISION) "; " SOMAS_STRINGS_ "; containers=" SOMAS_CONTAINERS_ \
+                          "; pointer=" SOMAS_STRINGIFY(__SIZEOF_POINTER__)
 
 namespace somas {
 

@@ -35,8 +35,8 @@ class Controller {
  public:
   virtual ~Controller() = default;
   [[nodiscard]] virtual const Heritable& heritable() const = 0;
-  /// Compiles genes that fit `layout` into a program. The caller owns it and destroys it before this
-  /// instance.
+  /// Compiles genes that fit `layout` into a program. The caller owns it and destroys it before
+  /// this instance.
   [[nodiscard]] virtual std::unique_ptr<Program> express(GenesView genes,
                                                          const Layout& layout) const = 0;
 };

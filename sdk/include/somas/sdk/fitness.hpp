@@ -11,14 +11,14 @@ namespace somas {
 
 /// What became of one organism in one simulation.
 struct Outcome {
-  std::uint64_t survival = 0;     ///< steps; the step of the last death, or max_steps if censored
-  bool censored = false;          ///< still alive when the run was stopped
+  std::uint64_t survival = 0;  ///< steps; the step of the last death, or max_steps if censored
+  bool censored = false;       ///< still alive when the run was stopped
   std::uint64_t divisions = 0;
   std::uint64_t specializations = 0;
   std::uint64_t refused_divisions = 0;  ///< by the cap on cells
   std::uint32_t final_cells = 0;
   std::uint32_t peak_cells = 0;
-  double cell_steps = 0;          ///< live cells summed over steps
+  double cell_steps = 0;  ///< live cells summed over steps
 };
 
 class Fitness {

@@ -15,16 +15,16 @@ inline constexpr std::uint16_t no_state = 0xFFFF;
 /// A state of the specialization tree as a controller sees it.
 struct StateInfo {
   std::string_view name;
-  std::uint64_t key;           ///< stable: survives changes elsewhere in the tree
-  std::uint16_t parent;        ///< index of the parent, no_state for the root (always index 0)
+  std::uint64_t key;     ///< stable: survives changes elsewhere in the tree
+  std::uint16_t parent;  ///< index of the parent, no_state for the root (always index 0)
 };
 
 /// One input or output.
 struct Port {
-  std::string_view name;   ///< "energy", "uptake.nutrients", "specialize.defensive"
-  std::uint64_t key;       ///< stable and unique among the ports of a layout, whatever the order
-  std::uint32_t channel;   ///< row of Batch::in (inputs) or Batch::out (outputs)
-  std::uint16_t state;     ///< inputs: the state that owns it; specialization outputs: the target
+  std::string_view name;  ///< "energy", "uptake.nutrients", "specialize.defensive"
+  std::uint64_t key;      ///< stable and unique among the ports of a layout, whatever the order
+  std::uint32_t channel;  ///< row of Batch::in (inputs) or Batch::out (outputs)
+  std::uint16_t state;    ///< inputs: the state that owns it; specialization outputs: the target
 };
 
 /// All ports of one organism. Every state has its own set of inputs (model, section 6): `inputs`

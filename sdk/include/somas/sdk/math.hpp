@@ -127,10 +127,14 @@ struct SinCos {
   c = c * z + 1.0 / 24.0;
   const double cosine = 1.0 - (0.5 * z - z * z * c);
   switch (static_cast<std::int64_t>(q) & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
   }
 }
 

@@ -1,7 +1,7 @@
 // Typed parameters of a plugin class.
 //
-// A plugin keeps its parameters in a plain struct whose initialisers are the defaults, with a member
-// `describe` that names each one:
+// A plugin keeps its parameters in a plain struct whose initialisers are the defaults, with a
+// member `describe` that names each one:
 //
 //   struct Parameters {
 //     double rate = 1.0;
@@ -55,8 +55,8 @@ struct Value {
   double number = 0;
   std::int64_t integer = 0;
   const char* text = nullptr;
-  const char* key = nullptr;      ///< name within the enclosing group or table
-  const Value* items = nullptr;   ///< list elements, group fields, table entries
+  const char* key = nullptr;     ///< name within the enclosing group or table
+  const Value* items = nullptr;  ///< list elements, group fields, table entries
   std::uint64_t count = 0;
 };
 
@@ -83,7 +83,8 @@ struct Limits {
   const char* unit = "";
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
-  bool minimum_open = false;  ///< exclude the minimum: `{.minimum = 0, .minimum_open = true}` is > 0
+  bool minimum_open =
+      false;  ///< exclude the minimum: `{.minimum = 0, .minimum_open = true}` is > 0
   bool required = false;
 };
 
@@ -91,7 +92,9 @@ class Describe;
 
 /// A struct with `void describe(Describe&)`: the shape of Parameters and of groups inside it.
 template <class T>
-concept Described = requires(T t, Describe& d) { t.describe(d); };
+concept Described = requires(T t, Describe& d) {
+  t.describe(d);
+};
 
 /// The visitor that a `describe` member is called with. Names and docs must be string literals.
 class Describe {

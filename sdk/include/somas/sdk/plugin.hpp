@@ -40,9 +40,9 @@ namespace somas::detail {
 
 template <class T>
 concept PluginClass = Described<typename T::Parameters> &&
-                      std::constructible_from<T, const typename T::Parameters&> &&
-                      (std::derived_from<T, Environment> || std::derived_from<T, Specialization> ||
-                       std::derived_from<T, Controller> || std::derived_from<T, Fitness>);
+    std::constructible_from<T, const typename T::Parameters&> &&
+    (std::derived_from<T, Environment> || std::derived_from<T, Specialization> ||
+     std::derived_from<T, Controller> || std::derived_from<T, Fitness>);
 
 template <class T>
 consteval PluginKind kind_of() {
@@ -101,9 +101,9 @@ const PluginInfo* plugin_info(const char* id, const char* version) {
 }  // namespace somas::detail
 
 /// Makes the translation unit's library a plugin: once per library, at namespace scope.
-#define SOMAS_PLUGIN(id, version, ...)                                                    \
-  __attribute__((section(".note.somas"), used, aligned(4))) static const somas::PluginNote \
-      somas_plugin_note{};                                                                \
+#define SOMAS_PLUGIN(id, version, ...)                                                        \
+  __attribute__((section(".note.somas"), used,                                                \
+                 aligned(4))) static const somas::PluginNote somas_plugin_note{};             \
   extern "C" __attribute__((visibility("default"))) const somas::PluginInfo* somas_plugin() { \
-    return somas::detail::plugin_info<__VA_ARGS__>(id, version);                          \
+    return somas::detail::plugin_info<__VA_ARGS__>(id, version);                              \
   }

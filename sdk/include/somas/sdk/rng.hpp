@@ -1,7 +1,8 @@
-// Counter-based random numbers: Philox4x64-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers:
-// as easy as 1, 2, 3", SC11), with our own distributions, since the standard library's differ
-// between implementations. A stream is named by what it is for (seed, organism, step, purpose,
-// entity), never by thread, process or place in memory, so results do not depend on scheduling.
+// Counter-based random numbers: Philox4x64-10 (Salmon, Moraes, Dror, Shaw, "Parallel random
+// numbers: as easy as 1, 2, 3", SC11), with our own distributions, since the standard library's
+// differ between implementations. A stream is named by what it is for (seed, organism, step,
+// purpose, entity), never by thread, process or place in memory, so results do not depend on
+// scheduling.
 #pragma once
 
 #include <array>
@@ -18,10 +19,9 @@ namespace somas {
   for (int round = 0; round < 10; ++round) {
     const Wide p0 = static_cast<Wide>(0xD2E7470EE14C6C93ull) * counter[0];
     const Wide p1 = static_cast<Wide>(0xCA5A826395121157ull) * counter[2];
-    counter = {static_cast<std::uint64_t>(p1 >> 64) ^ counter[1] ^ key[0],
-               static_cast<std::uint64_t>(p1),
-               static_cast<std::uint64_t>(p0 >> 64) ^ counter[3] ^ key[1],
-               static_cast<std::uint64_t>(p0)};
+    counter = {
+        static_cast<std::uint64_t>(p1 >> 64) ^ counter[1] ^ key[0], static_cast<std::uint64_t>(p1),
+        static_cast<std::uint64_t>(p0 >> 64) ^ counter[3] ^ key[1], static_cast<std::uint64_t>(p0)};
     key[0] += 0x9E3779B97F4A7C15ull;
     key[1] += 0xBB67AE8584CAA73Bull;
   }
@@ -58,8 +58,7 @@ class Rng {
     Wide product = static_cast<Wide>(bits()) * n;
     if (static_cast<std::uint64_t>(product) < n) {
       const std::uint64_t reject = (0 - n) % n;
-      while (static_cast<std::uint64_t>(product) < reject)
-        product = static_cast<Wide>(bits()) * n;
+      while (static_cast<std::uint64_t>(product) < reject) product = static_cast<Wide>(bits()) * n;
     }
     return static_cast<std::uint64_t>(product >> 64);
   }
@@ -75,7 +74,8 @@ class Rng {
     return {radius * angle.cos, radius * angle.sin};
   }
 
-  /// One standard normal; the second of the pair is dropped, so that streams stay easy to reason on.
+  /// One standard normal; the second of the pair is dropped, so that streams stay easy to reason
+  /// on.
   double normal() { return normals()[0]; }
 
  private:

@@ -20,8 +20,8 @@ struct SkillInfo {
 /// One state (model, section 5).
 struct StateSpec {
   std::string_view name;
-  std::uint64_t key = 0;           ///< stable; 0: derived from the name
-  std::uint16_t parent = no_state; ///< index of an earlier state; no_state for the first alone
+  std::uint64_t key = 0;            ///< stable; 0: derived from the name
+  std::uint16_t parent = no_state;  ///< index of an earlier state; no_state for the first alone
   double mass = 1;
   double radius = 1;
   double stiffness = 10;           ///< of the collision spring

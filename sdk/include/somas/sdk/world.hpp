@@ -24,10 +24,10 @@ enum class Phase : std::uint32_t {
 
 /// Facts of the experiment that are fixed before the first step.
 struct WorldInfo {
-  double radius;            ///< cells beyond it are removed
+  double radius;  ///< cells beyond it are removed
   std::uint64_t max_steps;
-  std::uint32_t substeps;   ///< of the mechanics, a step
-  double time_step;         ///< of one substep
+  std::uint32_t substeps;  ///< of the mechanics, a step
+  double time_step;        ///< of one substep
 };
 
 /// A skill of specialization states (model, section 5), given in points by the tree.
@@ -35,17 +35,17 @@ struct SkillSpec {
   double fallback = 0;  ///< for states that do not name it
   double minimum = 0;
   double maximum = std::numeric_limits<double>::infinity();
-  double cost = 1;      ///< budget points per unit, for trees with a budget
+  double cost = 1;  ///< budget points per unit, for trees with a budget
 };
 
 /// A grid of squares, row-major from the lower left (index = row * columns + column).
 struct GridSpec {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
-  double side = 1;      ///< of one square
-  double left = 0;      ///< x of the grid's left edge
-  double bottom = 0;    ///< y of the grid's lower edge
-  double initial = 0;   ///< content of every square at the start
+  double side = 1;     ///< of one square
+  double left = 0;     ///< x of the grid's left edge
+  double bottom = 0;   ///< y of the grid's lower edge
+  double initial = 0;  ///< content of every square at the start
 };
 
 /// What a cell value becomes at division.
@@ -87,16 +87,16 @@ class Declare {
 /// host's and changes when cells are born, specialize or die; `id` is a cell's name for life.
 struct Cells {
   std::uint32_t count = 0;
-  std::span<const double> x, y;              ///< centre
-  std::span<const double> vx, vy;            ///< velocity
-  std::span<const double> radius;            ///< founder: 1
-  std::span<const double> energy;            ///< [0, 1]
-  std::span<const double> ambrosia;          ///< [0, capacity]
-  std::span<const double> pressure;          ///< [0, 1), after the last mechanics
-  std::span<const std::uint64_t> id;         ///< unique within an organism
-  std::span<const std::uint16_t> state;      ///< index into the organism's tree
-  std::span<const std::uint16_t> organism;   ///< index into the roster
-  std::span<const std::uint8_t> dead;        ///< 1: dies at the end of this step
+  std::span<const double> x, y;             ///< centre
+  std::span<const double> vx, vy;           ///< velocity
+  std::span<const double> radius;           ///< founder: 1
+  std::span<const double> energy;           ///< [0, 1]
+  std::span<const double> ambrosia;         ///< [0, capacity]
+  std::span<const double> pressure;         ///< [0, 1), after the last mechanics
+  std::span<const std::uint64_t> id;        ///< unique within an organism
+  std::span<const std::uint16_t> state;     ///< index into the organism's tree
+  std::span<const std::uint16_t> organism;  ///< index into the roster
+  std::span<const std::uint8_t> dead;       ///< 1: dies at the end of this step
 };
 
 /// A declared grid while the world runs.

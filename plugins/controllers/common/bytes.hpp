@@ -1,0 +1,64 @@
+// Genes as canonical little-endian bytes, whatever the machine's own order.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "somas/sdk/heritable.hpp"
+
+namespace somas::controllers {
+
+/// Appends numbers to genes; what they held before is dropped.
+class ByteWriter {
+ public:
+  explicit ByteWriter(Genes& genes) : genes_(genes) { genes_.clear(); }
+
+  void u32(std::uint32_t value) { append(value, 4); }
+  void u64(std::uint64_t value) { append(value, 8); }
+  void number(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
+
+ private:
+  void append(std::uint64_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) genes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  }
+
+  Genes& genes_;
+};
+
+/// Reads them back; std::runtime_error where the genes end too early or too late.
+class ByteReader {
+ public:
+  explicit ByteReader(GenesView genes) : genes_(genes) {}
+
+  std::uint32_t u32() { return static_cast<std::uint32_t>(take(4)); }
+  std::uint64_t u64() { return take(8); }
+  double number() { return std::bit_cast<double>(u64()); }
+
+  /// Requires exactly `bytes` more. Asked before anything is allocated for a count that was read.
+  void expect_remaining(std::uint64_t bytes) const {
+    const std::uint64_t left = genes_.size() - position_;
+    if (left == bytes) return;
+    throw std::runtime_error("the genes have " + std::to_string(left) + " bytes after their " +
+                             "header where their counts ask for " + std::to_string(bytes));
+  }
+
+ private:
+  std::uint64_t take(std::size_t bytes) {
+    if (genes_.size() - position_ < bytes)
+      throw std::runtime_error("the genes are truncated: they end after " +
+                               std::to_string(genes_.size()) + " bytes");
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value |= static_cast<std::uint64_t>(genes_[position_ + i]) << (8 * i);
+    position_ += bytes;
+    return value;
+  }
+
+  GenesView genes_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace somas::controllers
