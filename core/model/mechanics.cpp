@@ -1,6 +1,7 @@
 #include "core/model/mechanics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -15,14 +16,6 @@ namespace {
 constexpr double skin = 0.25;
 constexpr double coincident = 1e-12;
 
-struct Pair {
-  double nx = 0, ny = 0;  ///< unit vector from the other cell to this one
-  double collision = 0;   ///< magnitude of the collision spring's push
-  double total = 0;       ///< signed force along n on this cell
-  bool contact = false;   ///< the adhesion spring is active
-  bool active = false;
-};
-
 /// A direction for cells at the very same place, from their two names; opposite for the other one.
 std::pair<double, double> arbitrary_direction(const CellStore& cells, std::uint32_t i,
                                               std::uint32_t j) {
@@ -34,32 +27,103 @@ std::pair<double, double> arbitrary_direction(const CellStore& cells, std::uint3
   return first ? std::pair(angle.cos, angle.sin) : std::pair(-angle.cos, -angle.sin);
 }
 
-/// Springs and damper between cells i and j, as they act on i.
-inline Pair interact(const CellStore& cells, const Body& a, const Body& b, std::uint32_t i,
-                     std::uint32_t j, double damping) {
-  Pair pair;
-  const double dx = a.x - b.x, dy = a.y - b.y;
-  const double square = dx * dx + dy * dy;
-  const double radii = a.radius + b.radius;
-  const bool kin = cells.organism[i] == cells.organism[j];
-  const double reach = kin ? 0.5 * (a.range + b.range) * radii : radii;
-  if (square >= reach * reach) return pair;
+/// Springs and dampers between one cell and a block of its neighbours, as they act on that cell.
+/// Pairs are worked out side by side, without branches, and summed by the caller one after another:
+/// so the compiler vectorises the arithmetic while the order of sums stays the lists' own. What i
+/// feels from j is exactly the opposite of what j feels from i.
+class PairBlock {
+ public:
+  static constexpr std::uint32_t capacity = 32;
 
-  const double distance = std::sqrt(square);
-  if (distance > coincident) {
-    const double inverse = 1.0 / distance;
-    pair.nx = dx * inverse;
-    pair.ny = dy * inverse;
-  } else {
-    std::tie(pair.nx, pair.ny) = arbitrary_direction(cells, i, j);
+  PairBlock(const CellStore& cells, std::span<const Body> bodies, double damping, bool one_organism)
+      : cells_(cells), bodies_(bodies), damping_(damping), one_organism_(one_organism) {}
+
+  /// Precondition: at most `capacity` neighbours.
+  void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
+    gather(i, neighbours);
+    if (interact(neighbours.size())) separate(i, neighbours);
   }
-  pair.active = true;
-  pair.contact = kin;
-  if (distance < radii) pair.collision = 0.5 * (a.stiffness + b.stiffness) * (radii - distance);
-  const double pull = kin ? 0.5 * (a.adhesion + b.adhesion) * (distance - 0.5 * radii) : 0.0;
-  const double approach = (a.vx - b.vx) * pair.nx + (a.vy - b.vy) * pair.ny;
-  pair.total = pair.collision - pull - damping * approach;
-  return pair;
+
+  [[nodiscard]] bool near(std::size_t k) const { return square_[k] < reach_square_[k]; }
+  [[nodiscard]] double collision(std::size_t k) const { return collision_[k]; }
+  [[nodiscard]] double total(std::size_t k) const { return total_[k]; }
+  [[nodiscard]] double nx(std::size_t k) const { return nx_[k]; }
+  [[nodiscard]] double ny(std::size_t k) const { return ny_[k]; }
+
+ private:
+  void gather(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
+    const Body& a = bodies_[i];
+    for (std::size_t k = 0; k < neighbours.size(); ++k) {
+      const Body& b = bodies_[neighbours[k]];
+      dx_[k] = a.x - b.x;
+      dy_[k] = a.y - b.y;
+      dvx_[k] = a.vx - b.vx;
+      dvy_[k] = a.vy - b.vy;
+      radii_[k] = a.radius + b.radius;
+      stiffness_[k] = 0.5 * (a.stiffness + b.stiffness);
+      adhesion_[k] = 0.5 * (a.adhesion + b.adhesion);
+      const double reach = 0.5 * (a.range + b.range) * radii_[k];
+      reach_square_[k] = reach * reach;
+    }
+    if (one_organism_) return;
+    // Strangers collide but do not adhere.
+    for (std::size_t k = 0; k < neighbours.size(); ++k) {
+      if (cells_.organism[i] == cells_.organism[neighbours[k]]) continue;
+      adhesion_[k] = 0;
+      reach_square_[k] = radii_[k] * radii_[k];
+    }
+  }
+
+  /// Whether any pair is at the very same place.
+  bool interact(std::size_t count) {
+    int together = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      square_[k] = dx_[k] * dx_[k] + dy_[k] * dy_[k];
+      const double distance = std::sqrt(square_[k]);
+      together |= distance <= coincident ? 1 : 0;
+      const double inverse = 1.0 / distance;
+      nx_[k] = dx_[k] * inverse;
+      ny_[k] = dy_[k] * inverse;
+      const double overlap = radii_[k] - distance;
+      collision_[k] = overlap > 0 ? stiffness_[k] * overlap : 0.0;
+      const double pull = adhesion_[k] * (distance - 0.5 * radii_[k]);
+      const double approach = dvx_[k] * nx_[k] + dvy_[k] * ny_[k];
+      const double total = collision_[k] - pull - damping_ * approach;
+      total_[k] = square_[k] < reach_square_[k] ? total : 0.0;
+    }
+    return together != 0;
+  }
+
+  void separate(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
+    for (std::size_t k = 0; k < neighbours.size(); ++k) {
+      const double distance = std::sqrt(square_[k]);
+      if (distance > coincident) continue;
+      std::tie(nx_[k], ny_[k]) = arbitrary_direction(cells_, i, neighbours[k]);
+      const double pull = adhesion_[k] * (distance - 0.5 * radii_[k]);
+      const double approach = dvx_[k] * nx_[k] + dvy_[k] * ny_[k];
+      total_[k] = collision_[k] - pull - damping_ * approach;
+    }
+  }
+
+  const CellStore& cells_;
+  std::span<const Body> bodies_;
+  double damping_;
+  bool one_organism_;
+  using Lane = std::array<double, capacity>;
+  alignas(64) Lane dx_, dy_, dvx_, dvy_, radii_, stiffness_, adhesion_, reach_square_;
+  alignas(64) Lane square_, nx_, ny_, collision_, total_;
+};
+
+/// Calls visit(block, first) for all neighbours of a cell, a block at a time, in order.
+template <class Visit>
+void for_each_block(PairBlock& block, std::uint32_t i, std::span<const std::uint32_t> neighbours,
+                    Visit&& visit) {
+  for (std::size_t first = 0; first < neighbours.size(); first += PairBlock::capacity) {
+    const std::size_t count = std::min<std::size_t>(PairBlock::capacity, neighbours.size() - first);
+    const std::span<const std::uint32_t> part = neighbours.subspan(first, count);
+    block.compute(i, part);
+    visit(part);
+  }
 }
 
 }  // namespace
@@ -123,18 +187,19 @@ void MechanicsSolver::refresh_neighbours(const CellStore& cells) {
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
   const CellStore& cells = world.cells;
   const auto count = static_cast<std::uint32_t>(bodies_.size());
+  PairBlock block(cells, bodies_, constants.damping, world.organisms.size() == 1);
   // Every cell gathers its own force in canonical order; pairs are computed twice, exactly
   // opposite.
   for (std::uint32_t i = 0; i < count; ++i) {
     const Body& body = bodies_[i];
     double fx = external_x_[i] - constants.drag * body.vx;
     double fy = external_y_[i] - constants.drag * body.vy;
-    for (const std::uint32_t j : neighbours_.of(i)) {
-      const Pair pair = interact(cells, body, bodies_[j], i, j, constants.damping);
-      if (!pair.active) continue;
-      fx += pair.total * pair.nx;
-      fy += pair.total * pair.ny;
-    }
+    for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        fx += block.total(k) * block.nx(k);
+        fy += block.total(k) * block.ny(k);
+      }
+    });
     fx_[i] = fx;
     fy_[i] = fy;
   }
@@ -154,18 +219,22 @@ void MechanicsSolver::observe(const Mechanics& constants, WorldState& world) {
   Contacts& contacts = world.contacts;
   contacts.start.resize(cells.size() + 1);
   contacts.items.clear();
+  const bool one_organism = world.organisms.size() == 1;
+  PairBlock block(cells, bodies_, constants.damping, one_organism);
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     double push = 0, xx = 0, xy = 0, yy = 0;
     contacts.start[i] = static_cast<std::uint32_t>(contacts.items.size());
-    for (const std::uint32_t j : neighbours_.of(i)) {
-      const Pair pair = interact(cells, bodies_[i], bodies_[j], i, j, constants.damping);
-      if (pair.contact) contacts.items.push_back(j);
-      if (!(pair.collision > 0)) continue;
-      push += pair.collision;
-      xx += pair.collision * pair.nx * pair.nx;
-      xy += pair.collision * pair.nx * pair.ny;
-      yy += pair.collision * pair.ny * pair.ny;
-    }
+    for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        const bool kin = one_organism || cells.organism[i] == cells.organism[part[k]];
+        if (kin && block.near(k)) contacts.items.push_back(part[k]);
+        const double collision = block.collision(k);
+        push += collision;
+        xx += collision * block.nx(k) * block.nx(k);
+        xy += collision * block.nx(k) * block.ny(k);
+        yy += collision * block.ny(k) * block.ny(k);
+      }
+    });
     cells.pressure[i] = push / (push + constants.pressure_scale);
     cells.stress_xx[i] = xx;
     cells.stress_xy[i] = xy;
