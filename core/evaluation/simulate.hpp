@@ -15,7 +15,6 @@ using StepObserver = std::function<void(const model::Simulation&)>;
 /// Expresses the genomes and simulates them to the end. Nothing if `stop`, asked before every step,
 /// ended it early. Throws model::PluginFailure.
 [[nodiscard]] std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task,
-                                             StopToken stop = {},
-                                             const StepObserver& observe = {});
+                                             StopToken stop = {}, const StepObserver& observe = {});
 
 }  // namespace somas::evaluation

@@ -49,8 +49,10 @@ void lower(std::atomic<std::size_t>& value, std::size_t to) {
 void evaluate_one(Batch& batch, std::size_t index) {
   try {
     std::optional<Result> result = simulate(batch.ecosystem, batch.tasks[index], batch.stop);
-    if (result) batch.results[index] = std::move(*result);
-    else batch.stopped = true;
+    if (result)
+      batch.results[index] = std::move(*result);
+    else
+      batch.stopped = true;
   } catch (...) {
     batch.errors[index] = std::current_exception();
     lower(batch.first_failure, index);

@@ -92,7 +92,8 @@ void Heredity::mutate(model::Genome& genome, Rng& rng) const {
 
 void Heredity::conform(model::Genome& genome, Rng& rng) const {
   // A genome of a fixed tree has no tree genes yet, and one of an evolving tree may have too many.
-  if (tree_ == nullptr) genome.tree.clear();
+  if (tree_ == nullptr)
+    genome.tree.clear();
   else if (genome.tree.empty())
     guarded("specialization", "random", [&] { tree_->random(no_ports, rng, genome.tree); });
   else

@@ -4,8 +4,9 @@
 #include <functional>
 #include <memory>
 
-#include "core/evolution/population.hpp"
 #include "somas/sdk/heritable.hpp"
+
+#include "core/evolution/population.hpp"
 
 namespace somas::evolution {
 

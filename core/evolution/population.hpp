@@ -27,12 +27,12 @@ enum class Operator : std::uint8_t {
 [[nodiscard]] std::optional<Operator> operator_named(std::string_view name);
 
 struct Individual {
-  std::uint64_t id = 0;                ///< unique in a run: generation * population + index
+  std::uint64_t id = 0;  ///< unique in a run: generation * population + index
   Operator origin = Operator::random;
   std::vector<std::uint64_t> parents;  ///< 0 to 2 ids
   model::Genome genome;
-  std::vector<double> trials;          ///< fitness of each trial, empty before the evaluation
-  double fitness = 0;                  ///< mean over the trials
+  std::vector<double> trials;  ///< fitness of each trial, empty before the evaluation
+  double fitness = 0;          ///< mean over the trials
 };
 
 /// In the order of birth; the index decides the last ties.

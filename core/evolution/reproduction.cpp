@@ -88,8 +88,7 @@ Population initial(const Settings& settings, const Heredity& heredity, std::uint
 }
 
 Population next(const Settings& settings, const Heredity& heredity,
-                std::span<const Individual> parents, std::uint64_t seed,
-                std::uint64_t generation) {
+                std::span<const Individual> parents, std::uint64_t seed, std::uint64_t generation) {
   assert(!parents.empty() && generation > 0);
   const std::vector<std::size_t> ranking = rank(parents);
   const std::size_t elites = std::min<std::size_t>(elite_count(settings), parents.size());
@@ -98,9 +97,8 @@ Population next(const Settings& settings, const Heredity& heredity,
   population.reserve(settings.population);
   for (std::size_t i = 0; i < settings.population; ++i) {
     Rng rng = child_stream(seed, generation, i);
-    population.push_back(i < elites
-                             ? elite_of(parents[ranking[i]])
-                             : child_of(settings, heredity, parents, ranking, rng));
+    population.push_back(i < elites ? elite_of(parents[ranking[i]])
+                                    : child_of(settings, heredity, parents, ranking, rng));
     population.back().id = generation * settings.population + i;
   }
   return population;

@@ -30,8 +30,7 @@ void refuse_misspelt_command(const std::string& word) {
   if (word.starts_with('-') || word.find_first_of("./") != std::string::npos) return;
   if (std::filesystem::exists(word)) return;
   throw run::UsageError("\"" + word + "\" is neither a command nor a file; commands: " +
-                        plugins::join(command_names) +
-                        plugins::did_you_mean(word, command_names));
+                        plugins::join(command_names) + plugins::did_you_mean(word, command_names));
 }
 
 /// "somas-host FILE" means "somas-host run FILE".

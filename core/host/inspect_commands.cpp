@@ -28,9 +28,11 @@ std::string summary_of(const experiment::Experiment& experiment) {
   text += ecosystem.environments().empty() ? " none\n" : "\n";
 
   text += "  states:";
-  if (ecosystem.fixed_tree() == nullptr) text += " evolve";
+  if (ecosystem.fixed_tree() == nullptr)
+    text += " evolve";
   else
-    for (const model::State& state : ecosystem.fixed_tree()->states) text.append(" ").append(state.name);
+    for (const model::State& state : ecosystem.fixed_tree()->states)
+      text.append(" ").append(state.name);
   text += "\n  controller ports:";
   if (ecosystem.fixed_ports() == nullptr) {
     text += " follow the tree\n";

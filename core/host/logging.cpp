@@ -31,8 +31,7 @@ class TerminalSink final : public spdlog::sinks::base_sink<std::mutex> {
 }  // namespace
 
 void log_to(run::Terminal& terminal) {
-  auto logger =
-      std::make_shared<spdlog::logger>("somas", std::make_shared<TerminalSink>(terminal));
+  auto logger = std::make_shared<spdlog::logger>("somas", std::make_shared<TerminalSink>(terminal));
   logger->set_pattern("%l: %v");
   spdlog::set_default_logger(std::move(logger));
 }

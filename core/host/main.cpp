@@ -20,8 +20,10 @@ namespace {
 int run_command(const Command& command, run::Terminal& terminal) {
   return std::visit(
       [&](const auto& chosen) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(chosen)>, Done>) return chosen.exit_code;
-        else return execute(chosen, terminal);
+        if constexpr (std::is_same_v<std::decay_t<decltype(chosen)>, Done>)
+          return chosen.exit_code;
+        else
+          return execute(chosen, terminal);
       },
       command);
 }

@@ -6,8 +6,8 @@
 namespace somas::host {
 
 int execute(const ReplayCommand& command, run::Terminal& terminal) {
-  const run::ReplayReport report = run::replay(
-      {command.run, command.generation, command.overrides, command.plugin_path});
+  const run::ReplayReport report =
+      run::replay({command.run, command.generation, command.overrides, command.plugin_path});
   for (const std::string& warning : report.warnings) terminal.line("warning: " + warning);
   print(to_text(report));
   if (command.csv) run::write_file(*command.csv, run::to_csv(report.replayed));

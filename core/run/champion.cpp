@@ -74,8 +74,9 @@ model::Genome genome_from_json(const JsonView& json, const evolution::Heredity& 
   model::Genome genome;
   genome.controller =
       chromosome_from_json(json.member("controller"), heredity.controller(), matches_bytes);
-  if (heredity.tree() != nullptr && json.has("tree"))
-    genome.tree = chromosome_from_json(json.member("tree"), *heredity.tree(), matches_bytes);
+  if (heredity.tree() != nullptr && json.has("specialization"))
+    genome.tree =
+        chromosome_from_json(json.member("specialization"), *heredity.tree(), matches_bytes);
   return genome;
 }
 
@@ -135,7 +136,8 @@ void read_steps(const JsonView& json, Recording& recording) {
 Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity) {
   Json json = Json::object();
   json["controller"] = chromosome_to_json(genome.controller, heredity.controller());
-  if (heredity.tree() != nullptr) json["tree"] = chromosome_to_json(genome.tree, *heredity.tree());
+  if (heredity.tree() != nullptr)
+    json["specialization"] = chromosome_to_json(genome.tree, *heredity.tree());
   return json;
 }
 

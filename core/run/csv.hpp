@@ -27,8 +27,7 @@ class CsvLine {
 
   /// Integers in decimal; doubles as the shortest decimal that reads back exactly.
   template <class Number>
-    requires std::integral<Number> || std::floating_point<Number>
-  CsvLine& add(Number value) {
+  requires std::integral<Number> || std::floating_point<Number> CsvLine& add(Number value) {
     separate();
     char digits[32];
     const char* end = std::to_chars(digits, digits + sizeof digits, value).ptr;

@@ -1,18 +1,17 @@
 #include "core/run/files.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
+#include <fcntl.h>
 #include <fstream>
 #include <memory>
 #include <system_error>
+#include <unistd.h>
 #include <utility>
 #include <vector>
-
 #include <xxhash.h>
+
+#include <sys/stat.h>
 
 namespace somas::run {
 namespace {

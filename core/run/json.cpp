@@ -102,10 +102,14 @@ void format(const Json& json, std::size_t depth, std::string& out) {
       return;
     }
   }
-  if (is_plain_list(json)) format_plain_list(json, depth, out);
-  else if (json.is_array()) format_list(json, depth, out);
-  else if (json.is_object()) format_object(json, depth, out);
-  else out += json.dump();
+  if (is_plain_list(json))
+    format_plain_list(json, depth, out);
+  else if (json.is_array())
+    format_list(json, depth, out);
+  else if (json.is_object())
+    format_object(json, depth, out);
+  else
+    out += json.dump();
 }
 
 int digit_value(char digit) {
@@ -239,8 +243,7 @@ const JsonView& JsonView::item(std::size_t i) const {
     throw UsageError(place_ + ": has " + std::to_string(size()) + " items, item " +
                      std::to_string(i) + " is missing");
   auto& view = items_[i];
-  if (!view)
-    view = std::make_unique<JsonView>(json_[i], place_ + "[" + std::to_string(i) + "]");
+  if (!view) view = std::make_unique<JsonView>(json_[i], place_ + "[" + std::to_string(i) + "]");
   return *view;
 }
 

@@ -12,16 +12,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/run/errors.hpp"
 #include "somas/sdk/heritable.hpp"
+
+#include "core/run/errors.hpp"
 
 namespace somas::run {
 
 /// Members keep their order.
 using Json = nlohmann::ordered_json;
 
-/// Two spaces a level; lists of plain values are filled up to 100 columns, small objects stay on one
-/// line. Doubles are written as the shortest decimals that read back exactly.
+/// Two spaces a level; lists of plain values are filled up to 100 columns, small objects stay on
+/// one line. Doubles are written as the shortest decimals that read back exactly.
 [[nodiscard]] std::string to_text(const Json& json);
 
 /// Throws UsageError with `origin`, line and column.

@@ -1,13 +1,14 @@
 #include "core/run/manifest.hpp"
 
+#include <fstream>
+
 #include <gnu/libc-version.h>
 #include <sys/utsname.h>
 
-#include <fstream>
+#include "somas/sdk/abi.hpp"
 
 #include "core/run/build_info.hpp"
 #include "core/run/files.hpp"
-#include "somas/sdk/abi.hpp"
 
 namespace somas::run {
 namespace {
@@ -110,14 +111,12 @@ Json manifest_of(const experiment::Experiment& experiment, const Request& reques
   json["plugins"] = plugins_to_json(experiment);
   json["plugin_path"] = Json::array();
   for (const std::filesystem::path& directory : request.plugin_path)
-    json["plugin_path"].push_back(
-        std::filesystem::absolute(directory).lexically_normal().string());
+    json["plugin_path"].push_back(std::filesystem::absolute(directory).lexically_normal().string());
   json["genomes"] = genomes_to_json(request.genomes);
   return json;
 }
 
-std::vector<std::filesystem::path> plugin_path_of(const Json& manifest,
-                                                  const std::string& origin) {
+std::vector<std::filesystem::path> plugin_path_of(const Json& manifest, const std::string& origin) {
   const JsonView view(manifest, origin);
   const JsonView& list = view.member("plugin_path");
   std::vector<std::filesystem::path> directories;

@@ -18,15 +18,15 @@ struct GivenGenome {
 
 /// How a run was asked for.
 struct Request {
-  std::filesystem::path file;                      ///< the experiment
+  std::filesystem::path file;  ///< the experiment
   std::vector<std::string> command_line{};
   std::vector<std::filesystem::path> plugin_path{};  ///< --plugin-path
   std::vector<GivenGenome> genomes{};
 };
 
-/// No clock and nothing random in it: two runs of the same command on one machine give one manifest.
-[[nodiscard]] Json manifest_of(const experiment::Experiment& experiment,
-                               const Request& request);
+/// No clock and nothing random in it: two runs of the same command on one machine give one
+/// manifest.
+[[nodiscard]] Json manifest_of(const experiment::Experiment& experiment, const Request& request);
 
 /// The --plugin-path of the run, absolute.
 [[nodiscard]] std::vector<std::filesystem::path> plugin_path_of(const Json& manifest,

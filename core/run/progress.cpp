@@ -98,8 +98,10 @@ std::string Progress::description(std::uint64_t done) const {
   std::string text = "generation " + std::to_string(generation_) + " (" +
                      std::to_string(generation_ + 1) + " of " + std::to_string(generations_) + ")";
   if (!complete) text += " " + std::to_string(done) + "/" + std::to_string(evaluations_);
-  if (last_) text += ": best " + number_text(last_->best) + ", median " + number_text(last_->median);
-  else text += ": best -, median -";
+  if (last_)
+    text += ": best " + number_text(last_->best) + ", median " + number_text(last_->median);
+  else
+    text += ": best -, median -";
   text += ", " + rate_text(rate_) + " evaluations/s";
   if (pace_ || done > 0) text += ", " + duration_text(seconds_left(done)) + " left";
   return text;
@@ -112,9 +114,8 @@ void Progress::draw(std::uint64_t done) {
     return;
   }
   const double all = static_cast<double>(generations_) * static_cast<double>(evaluations_);
-  const double so_far =
-      static_cast<double>(generation_) * static_cast<double>(evaluations_) +
-      static_cast<double>(done);
+  const double so_far = static_cast<double>(generation_) * static_cast<double>(evaluations_) +
+                        static_cast<double>(done);
   terminal_.status(bar(std::min(1.0, so_far / all)) + " " + description(done));
 }
 

@@ -11,8 +11,9 @@
 
 namespace somas::run {
 
-/// On a terminal one line, redrawn five times a second: generation, bar, best, median, evaluations a
-/// second, time left. Elsewhere a line a generation, and within one that takes long, now and then.
+/// On a terminal one line, redrawn five times a second: generation, bar, best, median, evaluations
+/// a second, time left. Elsewhere a line a generation, and within one that takes long, now and
+/// then.
 class Progress {
  public:
   /// `evaluations`: simulations a generation.

@@ -29,8 +29,7 @@ struct Recording {
 
 /// The first step (from 0) at which two recordings differ: in a hash, in the cells of a state, or
 /// because only one of them got that far. Nothing if they are equal.
-[[nodiscard]] std::optional<std::uint64_t> first_difference(const Recording& a,
-                                                            const Recording& b);
+[[nodiscard]] std::optional<std::uint64_t> first_difference(const Recording& a, const Recording& b);
 
 /// "step,<state>...,cells,hash", a line a step.
 [[nodiscard]] std::string to_csv(const Recording& recording);

@@ -100,8 +100,8 @@ ReplayReport replay(const ReplayOptions& options) {
       options.generation ? *options.generation : last_generation(options.run);
   const std::filesystem::path file = champion_path(options.run, generation);
   if (!std::filesystem::exists(file))
-    throw UsageError("generation " + std::to_string(generation) + " has no champion: " +
-                     file.string() + " does not exist; the last one is " +
+    throw UsageError("generation " + std::to_string(generation) +
+                     " has no champion: " + file.string() + " does not exist; the last one is " +
                      std::to_string(last_generation(options.run)));
 
   const experiment::Experiment experiment = load_resolved(options, report);
@@ -139,8 +139,10 @@ std::string to_text(const ReplayReport& report) {
   text += census_text(report.replayed);
   if (report.what_if) return text;
 
-  if (report.matches()) text += "reproduced: survival and all " + steps + " step hashes equal\n";
-  else text += "NOT reproduced:\n";
+  if (report.matches())
+    text += "reproduced: survival and all " + steps + " step hashes equal\n";
+  else
+    text += "NOT reproduced:\n";
   for (const std::string& difference : report.differences) text += "  " + difference + "\n";
   return text;
 }

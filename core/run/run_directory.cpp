@@ -1,7 +1,5 @@
 #include "core/run/run_directory.hpp"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
@@ -9,6 +7,8 @@
 #include <cstdio>
 #include <ctime>
 #include <utility>
+
+#include <sys/stat.h>
 
 #include "core/run/csv.hpp"
 
@@ -58,8 +58,10 @@ std::string individual_lines(const Generation& generation) {
   for (const evolution::Individual& individual : *generation.population) {
     line.add(individual.id).add(generation.number);
     for (std::size_t i = 0; i < 2; ++i) {
-      if (i < individual.parents.size()) line.add(individual.parents[i]);
-      else line.add("");
+      if (i < individual.parents.size())
+        line.add(individual.parents[i]);
+      else
+        line.add("");
     }
     line.add(evolution::name_of(individual.origin))
         .add(individual.fitness)

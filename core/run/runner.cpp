@@ -44,8 +44,8 @@ class Run {
     if (given_.size() > settings_.population)
       throw UsageError(std::to_string(given_.size()) + " genomes do not fit a population of " +
                        std::to_string(settings_.population));
-    const Json manifest = manifest_of(
-        experiment, {options.file, options.command_line, options.plugin_path, given});
+    const Json manifest =
+        manifest_of(experiment, {options.file, options.command_line, options.plugin_path, given});
 
     const std::filesystem::path path =
         make_run_directory(options.out, experiment.name, experiment.seed);
@@ -109,10 +109,9 @@ class Run {
 
   void reproduce(std::uint64_t number) {
     try {
-      population_ = number == 0
-                        ? evolution::initial(settings_, heredity_, experiment_.seed, given_)
-                        : evolution::next(settings_, heredity_, population_, experiment_.seed,
-                                          number);
+      population_ = number == 0 ? evolution::initial(settings_, heredity_, experiment_.seed, given_)
+                                : evolution::next(settings_, heredity_, population_,
+                                                  experiment_.seed, number);
     } catch (const model::PluginFailure& failure) {
       throw PluginError("generation " + std::to_string(number) + ": " + failure.what());
     }
@@ -124,8 +123,8 @@ class Run {
     tasks.reserve(evaluations());
     for (const evolution::Individual& individual : population_)
       for (std::uint32_t trial = 0; trial < settings_.trials; ++trial)
-        tasks.push_back(single_task(individual.genome,
-                                    evolution::trial_seed(experiment_.seed, number, trial)));
+        tasks.push_back(
+            single_task(individual.genome, evolution::trial_seed(experiment_.seed, number, trial)));
     try {
       return evaluator_.evaluate(tasks, stop_, [this](std::size_t done) {
         if (progress_) progress_->update(done);

@@ -14,10 +14,10 @@
 namespace somas::run {
 
 struct RunOptions {
-  std::filesystem::path file{};                ///< the experiment, for the manifest
-  std::optional<std::filesystem::path> out{};  ///< run directory; default under runs/
-  unsigned threads = 0;                        ///< 0: one per processor
-  bool quiet = false;                          ///< no progress
+  std::filesystem::path file{};                  ///< the experiment, for the manifest
+  std::optional<std::filesystem::path> out{};    ///< run directory; default under runs/
+  unsigned threads = 0;                          ///< 0: one per processor
+  bool quiet = false;                            ///< no progress
   std::vector<std::filesystem::path> genomes{};  ///< saved genomes that seed the first generation
   std::vector<std::filesystem::path> plugin_path{};  ///< for the manifest
   std::vector<std::string> command_line{};           ///< for the manifest
@@ -25,10 +25,10 @@ struct RunOptions {
 
 struct RunReport {
   std::filesystem::path directory;
-  std::uint64_t generations = 0;      ///< finished, all on disk
-  double best = 0;                    ///< fitness over all of them
+  std::uint64_t generations = 0;  ///< finished, all on disk
+  double best = 0;                ///< fitness over all of them
   std::uint64_t best_generation = 0;
-  bool stopped = false;               ///< by the token, before the last generation
+  bool stopped = false;  ///< by the token, before the last generation
 };
 
 /// Runs an experiment into a directory of its own. Throws UsageError, PluginError (the offending

@@ -42,9 +42,7 @@ SignalGuard::~SignalGuard() {
   ::sigaction(SIGXFSZ, &size_, nullptr);
 }
 
-evaluation::StopToken SignalGuard::token() const {
-  return evaluation::StopToken(stop_requested);
-}
+evaluation::StopToken SignalGuard::token() const { return evaluation::StopToken(stop_requested); }
 
 int SignalGuard::received() { return signal_received; }
 

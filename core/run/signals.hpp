@@ -7,8 +7,8 @@
 
 namespace somas::run {
 
-/// While it lives, the first SIGINT or SIGTERM asks the run to stop, and a second one kills at once;
-/// a closed pipe or an exceeded file size limit is reported by the call that met it, not by a
+/// While it lives, the first SIGINT or SIGTERM asks the run to stop, and a second one kills at
+/// once; a closed pipe or an exceeded file size limit is reported by the call that met it, not by a
 /// signal. At most one at a time.
 class SignalGuard {
  public:
@@ -22,7 +22,8 @@ class SignalGuard {
   [[nodiscard]] static int received();
 
  private:
-  struct sigaction interrupt_ {}, terminate_{}, pipe_{}, size_{};
+  struct sigaction interrupt_ {
+  }, terminate_{}, pipe_{}, size_{};
 };
 
 }  // namespace somas::run

@@ -1,9 +1,9 @@
 #include "core/run/terminal.hpp"
 
-#include <sys/ioctl.h>
+#include <cstdlib>
 #include <unistd.h>
 
-#include <cstdlib>
+#include <sys/ioctl.h>
 
 namespace somas::run {
 namespace {

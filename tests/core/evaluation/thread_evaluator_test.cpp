@@ -1,0 +1,162 @@
+#include "core/evaluation/thread_evaluator.hpp"
+
+#include <atomic>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/evaluation/simulate.hpp"
+#include "tests/core/evaluation/toy_ecosystem.hpp"
+
+namespace somas::evaluation {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class Evaluation : public testing::Test {
+ protected:
+  Evaluation() { make(60); }
+
+  void make(std::size_t count) {
+    genomes_.clear();
+    tasks_.clear();
+    for (std::size_t i = 0; i < count; ++i) genomes_.push_back(test::toy_genome(*ecosystem_, i));
+    for (const model::Genome& genome : genomes_)
+      tasks_.push_back({.roster = {{.genome = &genome}}, .seed = 5});
+  }
+
+  std::vector<Result> evaluate(unsigned threads) {
+    ThreadEvaluator evaluator(*ecosystem_, threads);
+    return evaluator.evaluate(tasks_, {}, {}).value();
+  }
+
+  std::shared_ptr<const model::Ecosystem> ecosystem_ = test::toy_ecosystem();
+  std::vector<model::Genome> genomes_;
+  std::vector<Task> tasks_;
+};
+
+bool same(const Result& a, const Result& b) {
+  if (a.rows.size() != b.rows.size()) return false;
+  for (std::size_t i = 0; i < a.rows.size(); ++i) {
+    const Row &x = a.rows[i], &y = b.rows[i];
+    if (x.score != y.score || x.outcome.survival != y.outcome.survival ||
+        x.outcome.divisions != y.outcome.divisions ||
+        x.outcome.peak_cells != y.outcome.peak_cells ||
+        x.outcome.cell_steps != y.outcome.cell_steps)
+      return false;
+  }
+  return true;
+}
+
+TEST_F(Evaluation, ResultsDoNotDependOnTheNumberOfThreads) {
+  const std::vector<Result> one = evaluate(1);
+  ASSERT_THAT(one, SizeIs(60));
+  for (const unsigned threads : {2u, 5u}) {
+    const std::vector<Result> many = evaluate(threads);
+    ASSERT_EQ(one.size(), many.size());
+    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_TRUE(same(one[i], many[i])) << i;
+  }
+}
+
+TEST_F(Evaluation, TellsGenomesAndSeedsApart) {
+  std::set<double> by_genome, by_seed;
+  for (const Result& result : evaluate(2)) by_genome.insert(result.rows.front().score);
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    tasks_[i].seed = i;
+    tasks_[i].roster.front().genome = &genomes_.front();
+  }
+  for (const Result& result : evaluate(2)) by_seed.insert(result.rows.front().score);
+  EXPECT_GT(by_genome.size(), 3u);
+  EXPECT_GT(by_seed.size(), 3u);
+}
+
+TEST_F(Evaluation, ARosterGivesARowEachInItsOrder) {
+  tasks_.resize(1);
+  tasks_[0].roster = {{.genome = &genomes_[0], .key = 2, .x = -20},
+                      {.genome = &genomes_[1], .key = 1, .x = 20}};
+  const std::vector<Result> both = evaluate(1);
+  ASSERT_THAT(both[0].rows, SizeIs(2));
+  std::swap(tasks_[0].roster[0], tasks_[0].roster[1]);
+  const std::vector<Result> swapped = evaluate(1);
+  EXPECT_EQ(both[0].rows[0].score, swapped[0].rows[1].score);
+  EXPECT_EQ(both[0].rows[1].score, swapped[0].rows[0].score);
+}
+
+TEST_F(Evaluation, NoTasksGiveNoResults) {
+  tasks_.clear();
+  EXPECT_THAT(evaluate(4), IsEmpty());
+}
+
+TEST_F(Evaluation, ReportsThatAllIsDone) {
+  std::size_t last = 0;
+  ThreadEvaluator evaluator(*ecosystem_, 2);
+  static_cast<void>(evaluator.evaluate(tasks_, {}, [&](std::size_t done) {
+    EXPECT_GE(done, last);
+    last = done;
+  }));
+  EXPECT_EQ(last, tasks_.size());
+}
+
+TEST_F(Evaluation, TheFirstTaskThatFailsIsNamedWhateverTheThreads) {
+  for (const std::size_t bad : {17u, 23u, 41u}) {
+    genomes_[bad].controller[0] = 255;
+    genomes_[bad].controller[1] = static_cast<std::uint8_t>(bad);
+  }
+  for (const unsigned threads : {1u, 2u, 5u}) {
+    try {
+      evaluate(threads);
+      FAIL() << "no exception";
+    } catch (const EvaluationError& error) {
+      EXPECT_EQ(error.task(), 17u);
+      EXPECT_TRUE(error.of_plugin());
+      EXPECT_THAT(error.what(), HasSubstr("controller"));
+      EXPECT_THAT(error.what(), HasSubstr("express"));
+      EXPECT_THAT(error.what(), HasSubstr("poison in gene 17"));
+    }
+  }
+}
+
+TEST_F(Evaluation, AScoreThatIsNoNumberNamesTheFitness) {
+  ecosystem_ = test::toy_ecosystem({.broken_fitness = true});
+  make(1);
+  try {
+    evaluate(1);
+    FAIL() << "no exception";
+  } catch (const EvaluationError& error) {
+    EXPECT_TRUE(error.of_plugin());
+    EXPECT_THAT(error.what(), HasSubstr("fitness: score"));
+    EXPECT_THAT(error.what(), HasSubstr("\"longevity\" is not a number"));
+  }
+}
+
+TEST_F(Evaluation, AStopRequestEndsWithoutResults) {
+  const std::atomic<bool> stop{true};
+  ThreadEvaluator evaluator(*ecosystem_, 2);
+  EXPECT_EQ(evaluator.evaluate(tasks_, StopToken(stop), {}), std::nullopt);
+}
+
+TEST_F(Evaluation, AStopRequestIsHeardWithinASimulation) {
+  std::atomic<bool> stop{false};
+  std::uint64_t steps = 0;
+  const auto result =
+      simulate(*ecosystem_, tasks_[0], StopToken(stop), [&](const model::Simulation&) {
+        if (++steps == 3) stop = true;
+      });
+  EXPECT_EQ(result, std::nullopt);
+  EXPECT_EQ(steps, 3u);
+}
+
+TEST_F(Evaluation, TheObserverSeesEveryStepOnce) {
+  std::uint64_t steps = 0;
+  const auto result = simulate(
+      *ecosystem_, tasks_[0], {},
+      [&](const model::Simulation& simulation) { EXPECT_EQ(simulation.steps_done(), ++steps); });
+  ASSERT_TRUE(result);
+  EXPECT_GE(steps, result->rows.front().outcome.survival);
+}
+
+}  // namespace
+}  // namespace somas::evaluation
