@@ -147,61 +147,6 @@ void describe(Describe& d, CoreValues& v) {
 
 // ---- the list of keys --------------------------------------------------------------------------
 
-// The collected description, with the default of a list of groups, which the SDK does not carry.
-class CoreKeys {
- public:
-  CoreKeys() {
-    CoreValues values;
-    describe(described_, values);
-    keys_ = described_.parameters();
-    ParameterInfo& kinds = writable(writable(writable(keys_, "world"), "morphogens"), "kinds");
-    if (kinds.fallback.count == 0) set_default(kinds, model::MorphogenGrid().kinds);
-  }
-
-  [[nodiscard]] std::span<const ParameterInfo> keys() const { return keys_; }
-
- private:
-  static ParameterInfo& writable(std::vector<ParameterInfo>& fields, std::string_view name) {
-    for (ParameterInfo& field : fields)
-      if (field.name == name) return field;
-    throw std::logic_error("no such key: " + std::string(name));
-  }
-
-  // The fields of `parent`, copied to where they may change.
-  ParameterInfo& writable(ParameterInfo& parent, std::string_view name) {
-    const auto fields = plugins::fields_of(parent);
-    std::vector<ParameterInfo>& copy = copies_.emplace_back(fields.begin(), fields.end());
-    parent.fields = copy.data();
-    return writable(copy, name);
-  }
-
-  void set_default(ParameterInfo& kinds, const std::vector<model::Morphogen>& from) {
-    for (model::Morphogen morphogen : from) {
-      Describe one;
-      describe(one, morphogen);
-      std::vector<Value>& fields = values_.emplace_back();
-      for (const ParameterInfo& info : one.parameters()) {
-        fields.push_back(info.fallback);
-        fields.back().key = info.name;
-      }
-      Value group;
-      group.kind = ParameterKind::group;
-      group.items = fields.data();
-      group.count = fields.size();
-      elements_.push_back(group);
-    }
-    kinds.fallback.kind = ParameterKind::list;
-    kinds.fallback.items = elements_.data();
-    kinds.fallback.count = elements_.size();
-  }
-
-  Describe described_;
-  std::vector<ParameterInfo> keys_;
-  std::deque<std::vector<ParameterInfo>> copies_;
-  std::deque<std::vector<Value>> values_;
-  std::vector<Value> elements_;
-};
-
 struct OtherKey {
   const char* name;
   const char* type;
@@ -227,8 +172,13 @@ constexpr OtherKey other[] = {
 }  // namespace
 
 std::span<const ParameterInfo> core_keys() {
-  static const CoreKeys keys;
-  return keys.keys();
+  static const Describe described = [] {
+    Describe d;
+    CoreValues values;
+    describe(d, values);
+    return d;
+  }();
+  return described.parameters();
 }
 
 CoreValues core_values(const plugins::ParameterValue& group) {

@@ -130,6 +130,11 @@ void add_replay(CLI::App& parser, Options& options) {
   app.add_option("--generation", replay.generation, "Whose champion; default: the last")
       ->type_name("N");
   add_overrides(app, replay.overrides);
+  app.add_flag("--anatomy", replay.anatomy,
+               "Say who lies outside whom, against shuffled states, and what cells died of");
+  app.add_option("--anatomy-csv", replay.anatomy_csv,
+                 "Write cells, distances from the centroid, clusters, deaths of every step")
+      ->type_name("FILE");
   app.add_option("--csv", replay.csv, "Write cells by state and the world's hash of every step")
       ->type_name("FILE");
   add_plugin_path(app, replay.plugin_path);

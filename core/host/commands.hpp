@@ -51,6 +51,8 @@ struct ReplayCommand {
   std::vector<std::string> overrides;
   std::vector<std::filesystem::path> plugin_path;
   std::optional<std::filesystem::path> csv;
+  bool anatomy = false;
+  std::optional<std::filesystem::path> anatomy_csv;
 };
 
 /// Nothing to run: --help and --version have answered, or the command line was wrong.

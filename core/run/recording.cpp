@@ -30,15 +30,18 @@ evaluation::Task single_task(const model::Genome& genome, std::uint64_t seed) {
 }
 
 std::optional<Recording> record(const model::Ecosystem& ecosystem, const model::Genome& genome,
-                                std::uint64_t seed, evaluation::StopToken stop) {
+                                std::uint64_t seed, evaluation::StopToken stop,
+                                const Observer& observer) {
   Recording recording;
   const std::shared_ptr<const model::Tree> tree = ecosystem.grow(genome.tree);
   for (const model::State& state : tree->states) recording.states.push_back(state.name);
   recording.census.resize(recording.states.size());
 
-  const auto result = evaluation::simulate(
-      ecosystem, single_task(genome, seed), stop,
-      [&](const model::Simulation& simulation) { observe(simulation, recording); });
+  const auto watch = [&](const model::Simulation& simulation) {
+    observe(simulation, recording);
+    if (observer) observer(simulation);
+  };
+  const auto result = evaluation::simulate(ecosystem, single_task(genome, seed), stop, watch);
   if (!result) return std::nullopt;
   recording.outcome = result->rows.front().outcome;
   recording.score = result->rows.front().score;

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/evaluation/evaluator.hpp"
+#include "core/model/simulation.hpp"
 
 namespace somas::run {
 
@@ -22,10 +24,14 @@ struct Recording {
 /// The task of one organism alone, at the origin.
 [[nodiscard]] evaluation::Task single_task(const model::Genome& genome, std::uint64_t seed);
 
+/// Sees the simulation after every step; must not change it.
+using Observer = std::function<void(const model::Simulation&)>;
+
 /// Simulates as an evaluation does. Nothing if stopped early. Throws model::PluginFailure.
 [[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
                                               const model::Genome& genome, std::uint64_t seed,
-                                              evaluation::StopToken stop = {});
+                                              evaluation::StopToken stop = {},
+                                              const Observer& observer = {});
 
 /// The first step (from 0) at which two recordings differ: in a hash, in the cells of a state, or
 /// because only one of them got that far. Nothing if they are equal.

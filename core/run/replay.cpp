@@ -112,8 +112,8 @@ ReplayReport replay(const ReplayOptions& options) {
                               ": the genome was edited: genes and bytes disagree; the genes count");
   make_fit(report.recorded, heredity, report, file.string());
 
-  report.replayed =
-      *record(*experiment.ecosystem, report.recorded.individual.genome, report.recorded.seed);
+  report.replayed = *record(*experiment.ecosystem, report.recorded.individual.genome,
+                            report.recorded.seed, {}, options.observer);
   if (!report.what_if) {
     report.differences = differences(report.recorded.recording, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())

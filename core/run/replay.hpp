@@ -16,6 +16,7 @@ struct ReplayOptions {
   std::optional<std::uint64_t> generation;  ///< default: the last
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
+  Observer observer;                                      ///< sees every step
 };
 
 struct ReplayReport {

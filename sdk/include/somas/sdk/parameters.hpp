@@ -152,6 +152,20 @@ class Describe {
     return infos_.back();
   }
   const char* keep(const std::string& text) { return texts_.emplace_back(text).c_str(); }
+  /// What `described` describes as one group value: every field with its default.
+  Value group_of_defaults(const Describe& described) {
+    auto& fields = values_of_lists_.emplace_back();
+    for (const ParameterInfo& info : described.infos_) {
+      if (info.fallback.kind == ParameterKind::none) continue;
+      fields.push_back(info.fallback);
+      fields.back().key = info.name;
+    }
+    Value group;
+    group.kind = ParameterKind::group;
+    group.items = fields.data();
+    group.count = fields.size();
+    return group;
+  }
 
   const Value* values_ = nullptr;
   std::vector<ParameterInfo> infos_;
@@ -284,7 +298,9 @@ void Describe::group(const char* name, T& member, const char* doc) {
   }
   auto& inner = nested_.emplace_back(std::make_unique<Describe>());
   member.describe(*inner);
+  const Value fallback = group_of_defaults(*inner);
   ParameterInfo& info = add(ParameterKind::group, name, doc, {});
+  info.fallback = fallback;
   info.fields = inner->infos_.data();
   info.field_count = inner->infos_.size();
 }
@@ -308,7 +324,18 @@ void Describe::list(const char* name, std::vector<T>& member, const char* doc, b
   ParameterInfo& group = element->add(ParameterKind::group, "", doc, {});
   group.fields = fields->infos_.data();
   group.field_count = fields->infos_.size();
+
+  // The default list, element by element.
+  std::vector<Value> defaults;
+  for (T& item : member) {
+    auto& described = nested_.emplace_back(std::make_unique<Describe>());
+    item.describe(*described);
+    defaults.push_back(group_of_defaults(*described));
+  }
+  auto& kept = values_of_lists_.emplace_back(std::move(defaults));
   ParameterInfo& info = add(ParameterKind::list, name, doc, {.required = required});
+  info.fallback.items = kept.data();
+  info.fallback.count = kept.size();
   info.fields = element->infos_.data();
   info.field_count = 1;
 }

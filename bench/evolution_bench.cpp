@@ -1,0 +1,59 @@
+// What evolution does between simulations.
+#include <cstddef>
+#include <cstdint>
+
+#include "somas/sdk/rng.hpp"
+
+#include "bench/subject.hpp"
+#include "core/evolution/reproduction.hpp"
+
+namespace somas::bench {
+namespace {
+
+// The champion's genome made ready to live.
+void expression(benchmark::State& state) {
+  measure(state, [&] {
+    const model::Ecosystem& ecosystem = *shipped().ecosystem;
+    for (auto _ : state) {
+      const model::Phenotype phenotype = ecosystem.express(champion().individual.genome);
+      benchmark::DoNotOptimize(phenotype.program.get());
+    }
+  });
+}
+BENCHMARK(expression)->MeasureProcessCPUTime();
+
+void assign_random_fitness(evolution::Population& population, std::uint64_t generation) {
+  Rng rng(1, 0, generation, stable_key("bench.fitness"), 0);
+  for (evolution::Individual& individual : population)
+    evolution::assign_fitness(individual, {rng.uniform()});
+}
+
+// The next generation of a population that has drifted from random genomes for a while.
+void reproduction(benchmark::State& state) {
+  measure(state, [&] {
+    constexpr std::uint64_t drift = 20;
+    const evolution::Heredity heredity(*shipped().ecosystem);
+    evolution::Settings settings = shipped().evolution;
+    settings.population = static_cast<std::uint32_t>(state.range(0));
+    evolution::Population population = evolution::initial(settings, heredity, 1);
+    assign_random_fitness(population, 0);
+    for (std::uint64_t generation = 1; generation <= drift; ++generation) {
+      population = evolution::next(settings, heredity, population, 1, generation);
+      assign_random_fitness(population, generation);
+    }
+
+    for (auto _ : state) {
+      const auto children = evolution::next(settings, heredity, population, 1, drift + 1);
+      benchmark::DoNotOptimize(children.data());
+    }
+    state.counters["time/child"] = time_per(state, static_cast<double>(settings.population));
+  });
+}
+BENCHMARK(reproduction)
+    ->ArgName("population")
+    ->Arg(400)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace somas::bench

@@ -1,0 +1,196 @@
+// The phases of a step, each by itself, on a body of cells placed by rule.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "somas/sdk/rng.hpp"
+
+#include "bench/subject.hpp"
+#include "core/model/hits.hpp"
+#include "core/model/mechanics.hpp"
+#include "core/model/metabolism.hpp"
+#include "core/model/morphogens.hpp"
+#include "core/model/neighbours.hpp"
+
+namespace somas::bench {
+namespace {
+
+std::uint32_t cells_of(const benchmark::State& state) {
+  return static_cast<std::uint32_t>(state.range(0));
+}
+
+// ---- morphogens --------------------------------------------------------------------------------
+
+// One step of all grids, every square of them in use.
+void morphogen_sweep(benchmark::State& state) {
+  const model::MorphogenGrid grid;
+  model::MorphogenFields fields(grid);
+  const std::uint32_t last = grid.size - 1;
+  for (std::size_t kind = 0; kind < fields.kinds(); ++kind) {
+    fields.set(kind, 0, 0, 1);
+    fields.set(kind, last, last, 1);
+  }
+  for (auto _ : state) {
+    for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
+      fields.set(kind, last / 2, last / 2, 1);
+    fields.evaporate_and_spread(grid);
+    benchmark::ClobberMemory();
+  }
+  const double squares = static_cast<double>(fields.kinds()) * grid.size * grid.size;
+  state.counters["time/square"] = time_per(state, squares);
+}
+BENCHMARK(morphogen_sweep)->MeasureProcessCPUTime();
+
+// Sensing and depositing of every cell, all kinds.
+void morphogen_cells(benchmark::State& state) {
+  measure(state, [&] {
+    Body body(cells_of(state));
+    const model::CellStore& cells = body.state().cells;
+    model::MorphogenFields& fields = body.state().organisms.front().fields;
+    for (auto _ : state) {
+      float total = 0;
+      for (std::uint32_t i = 0; i < cells.size(); ++i) {
+        const model::Footprint at = fields.footprint(cells.x[i], cells.y[i]);
+        for (std::size_t kind = 0; kind < fields.kinds(); ++kind) {
+          total += fields.sense(kind, at);
+          fields.deposit(kind, at, 0.5f, model::Deposit::peak);
+        }
+      }
+      benchmark::DoNotOptimize(total);
+    }
+    state.counters["time/cell"] = time_per(state, cells.size());
+  });
+}
+BENCHMARK(morphogen_cells)->ArgName("cells")->Arg(250)->MeasureProcessCPUTime();
+
+// ---- mechanics ---------------------------------------------------------------------------------
+
+void neighbour_build(benchmark::State& state) {
+  measure(state, [&] {
+    Body body(cells_of(state));
+    const model::CellStore& cells = body.state().cells;
+    std::vector<model::Body> bodies;
+    for (std::uint32_t i = 0; i < cells.size(); ++i) {
+      const model::State& kind = body.state().state_of(i);
+      bodies.push_back({cells.x[i], cells.y[i], cells.vx[i], cells.vy[i], cells.radius[i],
+                        kind.stiffness, kind.adhesion, kind.adhesion_range});
+    }
+    model::NeighbourLists lists;
+    for (auto _ : state) {
+      lists.build(bodies, cells.order, 0.25);
+      benchmark::ClobberMemory();
+    }
+    state.counters["time/cell"] = time_per(state, cells.size());
+  });
+}
+BENCHMARK(neighbour_build)->ArgName("cells")->Arg(250)->Arg(1000)->MeasureProcessCPUTime();
+
+// One step: all substeps, then contacts, pressure and stress. The body starts from the same places
+// every time, so that the neighbour lists of the first iteration serve all others.
+void mechanics(benchmark::State& state) {
+  measure(state, [&] {
+    Body body(cells_of(state));
+    model::CellStore& cells = body.state().cells;
+    const model::CellStore start = cells;
+    const model::Mechanics& constants = shipped().ecosystem->config().mechanics;
+    model::MechanicsSolver solver;
+    for (auto _ : state) {
+      cells.x = start.x;
+      cells.y = start.y;
+      cells.vx = start.vx;
+      cells.vy = start.vy;
+      solver.run(constants, body.state(), {});
+      benchmark::ClobberMemory();
+    }
+    state.counters["time/cell"] = time_per(state, cells.size());
+    state.counters["contacts/cell"] =
+        static_cast<double>(body.state().contacts.items.size()) / cells.size();
+  });
+}
+BENCHMARK(mechanics)->ArgName("cells")->Arg(250)->Arg(1000)->MeasureProcessCPUTime();
+
+// ---- metabolism --------------------------------------------------------------------------------
+
+// Uptake, conversion, diffusion and cost with random shares; the same reserves and full nutrients
+// at every start, whose renewal is timed too (a copy of one grid and two columns).
+void metabolism(benchmark::State& state) {
+  measure(state, [&] {
+    Body body(cells_of(state));
+    model::WorldState& world = body.state();
+    const model::WorldState start = world;
+    const model::FloatMatrix shares =
+        noise(static_cast<std::uint32_t>(body.phenotype().ports->layout().outputs.size()),
+              world.cells.size());
+    model::MetabolismSolver solver;
+    for (auto _ : state) {
+      world.grids = start.grids;
+      world.cells.energy = start.cells.energy;
+      world.cells.ambrosia = start.cells.ambrosia;
+      solver.run(*shipped().ecosystem, world, shares);
+      benchmark::ClobberMemory();
+    }
+    state.counters["time/cell"] = time_per(state, world.cells.size());
+  });
+}
+BENCHMARK(metabolism)->ArgName("cells")->Arg(250)->Arg(1000)->MeasureProcessCPUTime();
+
+// ---- control -----------------------------------------------------------------------------------
+
+// One step of the champion's network in one batch, through the plugin. The rate counts a
+// multiplication and an addition for each regulator of each target.
+void controller_step(benchmark::State& state) {
+  measure(state, [&] {
+    const model::Phenotype phenotype = shipped().ecosystem->express(champion().individual.genome);
+    const Layout& layout = phenotype.ports->layout();
+    const auto outputs = static_cast<std::uint32_t>(layout.outputs.size());
+    const std::uint32_t targets = phenotype.program->memory_per_cell();
+    const std::uint32_t cells = cells_of(state);
+
+    const model::FloatMatrix in = noise(layout.input_channels, cells);
+    model::FloatMatrix memory = noise(targets, cells);
+    model::FloatMatrix out = noise(outputs, cells);
+    const Batch batch{.count = cells,
+                      .in = in.lanes(0, cells, layout.input_channels),
+                      .memory = memory.lanes(0, cells, targets),
+                      .out = out.lanes(0, cells, outputs)};
+    for (auto _ : state) {
+      phenotype.program->step(batch);
+      benchmark::ClobberMemory();
+    }
+    const double regulators = targets - outputs;
+    state.counters["time/cell"] = time_per(state, cells);
+    state.counters["regulators"] = regulators;
+    state.counters["flops"] =
+        per_second(state, 2.0 * cells * targets * (layout.input_channels + regulators));
+  });
+}
+BENCHMARK(controller_step)->ArgName("cells")->Arg(250)->MeasureProcessCPUTime();
+
+// ---- aggression --------------------------------------------------------------------------------
+
+// The first cell met by each of a hundred short paths across the body, the sorting of cells
+// included.
+void first_hits(benchmark::State& state) {
+  measure(state, [&] {
+    Body body(cells_of(state));
+    const model::CellStore& cells = body.state().cells;
+    Rng rng(1, 0, 0, stable_key("bench.paths"), 0);
+    std::vector<Segment> paths(100);
+    for (Segment& path : paths) {
+      const double x = rng.uniform(-30, 30), y = rng.uniform(-30, 30);
+      path = {x, y, x + rng.uniform(-0.5, 0.5), y + rng.uniform(-0.5, 0.5)};
+    }
+    model::HitFinder finder;
+    for (auto _ : state) {
+      finder.prepare(cells);
+      std::int32_t total = 0;
+      for (const Segment& path : paths) total += finder.first(cells, path);
+      benchmark::DoNotOptimize(total);
+    }
+    state.counters["time/path"] = time_per(state, static_cast<double>(paths.size()));
+  });
+}
+BENCHMARK(first_hits)->ArgName("cells")->Arg(250)->MeasureProcessCPUTime();
+
+}  // namespace
+}  // namespace somas::bench
