@@ -27,10 +27,12 @@ std::pair<double, double> arbitrary_direction(const CellStore& cells, std::uint3
   return first ? std::pair(angle.cos, angle.sin) : std::pair(-angle.cos, -angle.sin);
 }
 
+/// Four doubles that the compiler keeps in one register where there is one so wide.
+using Four = double __attribute__((vector_size(32)));
+
 /// Springs and dampers between one cell and a block of its neighbours, as they act on that cell.
-/// Pairs are worked out side by side, without branches, and summed by the caller one after another:
-/// so the compiler vectorises the arithmetic while the order of sums stays the lists' own. What i
-/// feels from j is exactly the opposite of what j feels from i.
+/// Pairs are worked out four at a time and summed by the caller one after another, so the order of
+/// sums stays the lists' own. What i feels from j is exactly the opposite of what j feels from i.
 class PairBlock {
  public:
   static constexpr std::uint32_t capacity = 32;
@@ -38,70 +40,83 @@ class PairBlock {
   PairBlock(const CellStore& cells, std::span<const Body> bodies, double damping, bool one_organism)
       : cells_(cells), bodies_(bodies), damping_(damping), one_organism_(one_organism) {}
 
-  /// Precondition: at most `capacity` neighbours.
+  /// Precondition: 1 to `capacity` neighbours.
   void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
-    gather(i, neighbours);
-    if (interact(neighbours.size())) separate(i, neighbours);
+    const std::size_t last = neighbours.size() - 1;
+    bool together = false;
+    for (std::size_t k = 0; k <= last; k += 4) {
+      // The last group repeats its last pair, which nobody reads twice.
+      const std::array<std::uint32_t, 4> four{neighbours[k], neighbours[std::min(k + 1, last)],
+                                              neighbours[std::min(k + 2, last)],
+                                              neighbours[std::min(k + 3, last)]};
+      together |= interact(i, four, k / 4);
+    }
+    if (together) separate(i, neighbours);
   }
 
-  [[nodiscard]] bool near(std::size_t k) const { return square_[k] < reach_square_[k]; }
-  [[nodiscard]] double collision(std::size_t k) const { return collision_[k]; }
-  [[nodiscard]] double total(std::size_t k) const { return total_[k]; }
-  [[nodiscard]] double nx(std::size_t k) const { return nx_[k]; }
-  [[nodiscard]] double ny(std::size_t k) const { return ny_[k]; }
+  [[nodiscard]] bool near(std::size_t k) const { return gap_[k / 4][k % 4] > 0; }
+  [[nodiscard]] double collision(std::size_t k) const { return collision_[k / 4][k % 4]; }
+  [[nodiscard]] double total(std::size_t k) const { return near(k) ? total_[k / 4][k % 4] : 0.0; }
+  [[nodiscard]] double nx(std::size_t k) const { return nx_[k / 4][k % 4]; }
+  [[nodiscard]] double ny(std::size_t k) const { return ny_[k / 4][k % 4]; }
 
  private:
-  void gather(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
+  /// Works out group `g`; whether any of its pairs is at the very same place.
+  bool interact(std::uint32_t i, const std::array<std::uint32_t, 4>& four, std::size_t g) {
     const Body& a = bodies_[i];
-    for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      const Body& b = bodies_[neighbours[k]];
-      dx_[k] = a.x - b.x;
-      dy_[k] = a.y - b.y;
-      dvx_[k] = a.vx - b.vx;
-      dvy_[k] = a.vy - b.vy;
-      radii_[k] = a.radius + b.radius;
-      stiffness_[k] = 0.5 * (a.stiffness + b.stiffness);
-      adhesion_[k] = 0.5 * (a.adhesion + b.adhesion);
-      const double reach = 0.5 * (a.range + b.range) * radii_[k];
-      reach_square_[k] = reach * reach;
-    }
-    if (one_organism_) return;
-    // Strangers collide but do not adhere.
-    for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      if (cells_.organism[i] == cells_.organism[neighbours[k]]) continue;
-      adhesion_[k] = 0;
-      reach_square_[k] = radii_[k] * radii_[k];
-    }
-  }
+    const Body &b0 = bodies_[four[0]], &b1 = bodies_[four[1]], &b2 = bodies_[four[2]],
+               &b3 = bodies_[four[3]];
+    const Four dx = a.x - Four{b0.x, b1.x, b2.x, b3.x};
+    const Four dy = a.y - Four{b0.y, b1.y, b2.y, b3.y};
+    const Four square = dx * dx + dy * dy;
+    const Four distance{std::sqrt(square[0]), std::sqrt(square[1]), std::sqrt(square[2]),
+                        std::sqrt(square[3])};
+    const Four inverse = 1.0 / distance;
+    const Four nx = dx * inverse, ny = dy * inverse;
 
-  /// Whether any pair is at the very same place.
-  bool interact(std::size_t count) {
-    int together = 0;
-    for (std::size_t k = 0; k < count; ++k) {
-      square_[k] = dx_[k] * dx_[k] + dy_[k] * dy_[k];
-      const double distance = std::sqrt(square_[k]);
-      together |= distance <= coincident ? 1 : 0;
-      const double inverse = 1.0 / distance;
-      nx_[k] = dx_[k] * inverse;
-      ny_[k] = dy_[k] * inverse;
-      const double overlap = radii_[k] - distance;
-      collision_[k] = overlap > 0 ? stiffness_[k] * overlap : 0.0;
-      const double pull = adhesion_[k] * (distance - 0.5 * radii_[k]);
-      const double approach = dvx_[k] * nx_[k] + dvy_[k] * ny_[k];
-      const double total = collision_[k] - pull - damping_ * approach;
-      total_[k] = square_[k] < reach_square_[k] ? total : 0.0;
+    const Four radii = a.radius + Four{b0.radius, b1.radius, b2.radius, b3.radius};
+    const Four range = 0.5 * (a.range + Four{b0.range, b1.range, b2.range, b3.range});
+    const Four stiffness =
+        0.5 * (a.stiffness + Four{b0.stiffness, b1.stiffness, b2.stiffness, b3.stiffness});
+    Four adhesion = 0.5 * (a.adhesion + Four{b0.adhesion, b1.adhesion, b2.adhesion, b3.adhesion});
+    Four reach = range * radii;
+    if (!one_organism_) {
+      // Strangers collide but do not adhere.
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (cells_.organism[i] == cells_.organism[four[k]]) continue;
+        adhesion[k] = 0;
+        reach[k] = radii[k];
+      }
     }
-    return together != 0;
+
+    const Four overlap = radii - distance;
+    const Four collision = overlap > 0 ? stiffness * overlap : Four{};
+    const Four pull = adhesion * (distance - 0.5 * radii);
+    const Four approach = (a.vx - Four{b0.vx, b1.vx, b2.vx, b3.vx}) * nx +
+                          (a.vy - Four{b0.vy, b1.vy, b2.vy, b3.vy}) * ny;
+    gap_[g] = reach * reach - square;
+    nx_[g] = nx;
+    ny_[g] = ny;
+    collision_[g] = collision;
+    total_[g] = collision - pull - damping_ * approach;
+    return std::min({distance[0], distance[1], distance[2], distance[3]}) <= coincident;
   }
 
   void separate(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
+    const Body& a = bodies_[i];
     for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      const double distance = std::sqrt(square_[k]);
+      const Body& b = bodies_[neighbours[k]];
+      const double dx = a.x - b.x, dy = a.y - b.y;
+      const double distance = std::sqrt(dx * dx + dy * dy);
       if (distance > coincident) continue;
-      std::tie(nx_[k], ny_[k]) = arbitrary_direction(cells_, i, neighbours[k]);
-      const double pull = adhesion_[k] * (distance - 0.5 * radii_[k]);
-      const double approach = dvx_[k] * nx_[k] + dvy_[k] * ny_[k];
-      total_[k] = collision_[k] - pull - damping_ * approach;
+      const auto [nx, ny] = arbitrary_direction(cells_, i, neighbours[k]);
+      const bool kin = cells_.organism[i] == cells_.organism[neighbours[k]];
+      const double adhesion = kin ? 0.5 * (a.adhesion + b.adhesion) : 0.0;
+      const double pull = adhesion * (distance - 0.5 * (a.radius + b.radius));
+      const double approach = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny;
+      nx_[k / 4][k % 4] = nx;
+      ny_[k / 4][k % 4] = ny;
+      total_[k / 4][k % 4] = collision_[k / 4][k % 4] - pull - damping_ * approach;
     }
   }
 
@@ -109,9 +124,7 @@ class PairBlock {
   std::span<const Body> bodies_;
   double damping_;
   bool one_organism_;
-  using Lane = std::array<double, capacity>;
-  alignas(64) Lane dx_, dy_, dvx_, dvy_, radii_, stiffness_, adhesion_, reach_square_;
-  alignas(64) Lane square_, nx_, ny_, collision_, total_;
+  std::array<Four, capacity / 4> gap_, nx_, ny_, collision_, total_;
 };
 
 /// Calls visit(block, first) for all neighbours of a cell, a block at a time, in order.
