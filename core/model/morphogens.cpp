@@ -34,7 +34,7 @@ void sweep_row(const float* __restrict below, const float* __restrict row,
 
 MorphogenFields::MorphogenFields(const MorphogenGrid& grid)
     : size_(grid.size),
-      stride_(grid.size + 2),
+      stride_(grid.size + 2 * padding),
       side_(grid.side),
       low_(-0.5 * grid.side * grid.size),
       now_(grid.kinds.size(), std::vector<float>(stride_ * stride_)),
@@ -88,13 +88,13 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
 
 Footprint MorphogenFields::footprint(double x, double y) const {
   // Offsets in sides from the centre of the square that holds the point.
-  const double column = std::floor((x - low_) / side_);
-  const double row = std::floor((y - low_) / side_);
+  const double sides_x = (x - low_) / side_, sides_y = (y - low_) / side_;
+  const double column = std::floor(sides_x), row = std::floor(sides_y);
   const double last = static_cast<double>(size_);
   Footprint print;
   if (!(column >= -1 && column <= last && row >= -1 && row <= last)) return print;
-  const auto fx = static_cast<float>((x - low_) / side_ - (column + 0.5));
-  const auto fy = static_cast<float>((y - low_) / side_ - (row + 0.5));
+  const auto fx = static_cast<float>(sides_x - (column + 0.5));
+  const auto fy = static_cast<float>(sides_y - (row + 0.5));
   const auto c = static_cast<std::int32_t>(column);
   const auto r = static_cast<std::int32_t>(row);
 
@@ -107,7 +107,7 @@ Footprint MorphogenFields::footprint(double x, double y) const {
     print.weight = {};
     print.weight[4] = 1.0f;
   }
-  // The block may hang over the edge: such squares do not count. Its base stays in the padding.
+  // The block may hang over the edge: such squares do not count, and stay in the padding.
   const auto size = static_cast<std::int32_t>(size_);
   if (c < 1 || r < 1 || c > size - 2 || r > size - 2) {
     for (int k = 0; k < 9; ++k) {
@@ -129,10 +129,7 @@ float MorphogenFields::sense(std::size_t kind, const Footprint& at) const {
   if (at.sum == 0) return 0;
   const float* values = now_[kind].data();
   float total = 0;
-  for (std::size_t k = 0; k < 9; ++k) {
-    if (at.weight[k] == 0) continue;
-    total += values[square(at, k)] * at.weight[k];
-  }
+  for (std::size_t k = 0; k < 9; ++k) total += values[square(at, k)] * at.weight[k];
   return total / at.sum;
 }
 
@@ -141,7 +138,6 @@ void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amoun
   const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
   float* values = now_[kind].data();
   for (std::size_t k = 0; k < 9; ++k) {
-    if (at.weight[k] == 0) continue;
     float& held = values[square(at, k)];
     held = std::max(held, at.weight[k] * unit);
   }

@@ -43,23 +43,26 @@ class MorphogenFields {
   [[nodiscard]] double centre(std::uint32_t i) const {
     return (static_cast<double>(i) + 0.5) * side_ + low_;
   }
-  /// The padded storage of a kind, for hashing: (size + 2)^2 values with a border of zeros.
+  /// The padded storage of a kind, for hashing: a border of zeros round the grid.
   [[nodiscard]] std::span<const float> raw(std::size_t kind) const { return now_[kind]; }
 
  private:
+  /// Zeros round the grid: a block whose middle lies one off it stays within the storage.
+  static constexpr std::uint32_t padding = 2;
+
   /// Squares that may hold anything, inclusive; empty when low > high.
   struct Box {
     std::uint32_t left = 1, right = 0, bottom = 1, top = 0;
   };
 
   [[nodiscard]] std::size_t index(std::uint32_t column, std::uint32_t row) const {
-    return static_cast<std::size_t>(row + 1) * stride_ + column + 1;
+    return static_cast<std::size_t>(row + padding) * stride_ + column + padding;
   }
   /// Storage index of the k-th square of a block.
   [[nodiscard]] std::size_t square(const Footprint& at, std::size_t k) const {
-    const std::int64_t c = at.column + static_cast<std::int64_t>(k % 3);
-    const std::int64_t r = at.row + static_cast<std::int64_t>(k / 3);
-    return static_cast<std::size_t>(r * static_cast<std::int64_t>(stride_) + c);
+    const auto column = static_cast<std::size_t>(at.column + 1) + k % 3;
+    const auto row = static_cast<std::size_t>(at.row + 1) + k / 3;
+    return row * stride_ + column;
   }
   void touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom, std::uint32_t top,
              Box& box) const;
