@@ -13,7 +13,7 @@ namespace somas::model {
 namespace {
 
 // Extra reach of the lists: larger means fewer rebuilds and more pairs to pass over.
-constexpr double skin = 0.25;
+constexpr double skin = 0.3;
 constexpr double coincident = 1e-12;
 
 /// A direction for cells at the very same place, from their two names; opposite for the other one.
@@ -194,7 +194,7 @@ void MechanicsSolver::store(CellStore& cells) const {
 }
 
 void MechanicsSolver::refresh_neighbours(const CellStore& cells) {
-  if (neighbours_.stale(bodies_)) neighbours_.build(bodies_, cells.order, skin);
+  neighbours_.refresh(bodies_, cells.order, cells.rank, skin);
 }
 
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {

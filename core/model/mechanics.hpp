@@ -19,9 +19,9 @@ class MechanicsSolver {
   /// All substeps of one step, then contacts, pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
-  /// Cells were added, reordered or changed state.
+  /// The cells were changed behind the solver's back.
   void invalidate() { neighbours_.invalidate(); }
-  /// Cells were removed, the others kept their order.
+  /// Cells were added, removed or reordered, as Reorganiser::new_index says.
   void remap(std::span<const std::uint32_t> new_index) { neighbours_.remap(new_index); }
 
  private:

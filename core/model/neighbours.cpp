@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/model/cells.hpp"
 
@@ -12,34 +13,96 @@ namespace {
 constexpr std::uint32_t most_bins_per_side = 4096;
 // Bins finer than the reach waste fewer candidates in the corners.
 constexpr std::uint32_t bins_per_reach = 2;
+// Mending a list looks at every body: beyond so many, building all lists is cheaper.
+constexpr std::size_t most_mended = 32;
 
 }  // namespace
 
+double NeighbourLists::drift(const Body& body, const Built& built) const {
+  const double dx = body.x - built.x, dy = body.y - built.y;
+  const double growth = std::max(0.0, body.radius - built.radius) * growth_reach_;
+  return std::sqrt(dx * dx + dy * dy) + growth;
+}
+
 bool NeighbourLists::stale(std::span<const Body> bodies) const {
   if (!valid_ || built_.size() != bodies.size()) return true;
-  // Two cells approach by at most both displacements, and their reach grows by both growths.
-  double greatest = 0;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const double dx = bodies[i].x - built_[i].x, dy = bodies[i].y - built_[i].y;
-    const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * growth_reach_;
-    greatest = std::max(greatest, std::sqrt(dx * dx + dy * dy) + growth);
-  }
-  return !(2.0 * greatest < skin_);  // also true for a NaN position
+  // Two cells approach by at most both displacements, and their reach grows by both growths: a pair
+  // is safe while both have drifted less than half the skin. A newcomer's drift is NaN.
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (!(2.0 * drift(bodies[i], built_[i]) < skin_)) return true;
+  return false;
 }
 
 void NeighbourLists::remap(std::span<const std::uint32_t> new_index) {
-  std::uint32_t kept = 0;
+  const auto count = static_cast<std::size_t>(
+      std::count_if(new_index.begin(), new_index.end(), [](std::uint32_t n) { return n != gone; }));
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  other_slots_.resize(count * capacity_);
+  other_counts_.assign(count, 0);
+  other_built_.assign(count, Built{unknown, unknown, unknown});
   for (std::uint32_t i = 0; i < built_.size(); ++i) {
-    if (new_index[i] == gone) continue;
-    std::uint32_t count = 0;
+    const std::uint32_t to = new_index[i];
+    if (to == gone) continue;
     for (const std::uint32_t j : of(i))
-      if (new_index[j] != gone) slots_[kept * capacity_ + count++] = new_index[j];
-    counts_[kept] = count;
-    built_[kept] = built_[i];
-    ++kept;
+      if (new_index[j] != gone) other_slots_[to * capacity_ + other_counts_[to]++] = new_index[j];
+    other_built_[to] = built_[i];
   }
-  counts_.resize(kept);
-  built_.resize(kept);
+  slots_.swap(other_slots_);
+  counts_.swap(other_counts_);
+  built_.swap(other_built_);
+}
+
+void NeighbourLists::refresh(std::span<const Body> bodies, std::span<const std::uint32_t> order,
+                             std::span<const std::uint32_t> rank, double skin) {
+  double range = 1;
+  for (const Body& body : bodies) range = std::max(range, body.range);
+  if (!valid_ || skin != skin_ || built_.size() != bodies.size() || range > growth_reach_)
+    return build(bodies, order, skin);
+
+  movers_.clear();
+  for (std::uint32_t i = 0; i < bodies.size(); ++i)
+    if (!(2.0 * drift(bodies[i], built_[i]) < skin_)) movers_.push_back(i);
+  const std::size_t few = std::min<std::size_t>(most_mended, bodies.size() / 16 + 1);
+  if (movers_.size() > few) return build(bodies, order, skin);
+  for (const std::uint32_t i : movers_)
+    if (!mend(i, bodies, order, rank)) return build(bodies, order, skin);
+}
+
+bool NeighbourLists::within(const Built& a, const Built& b) const {
+  const double dx = b.x - a.x, dy = b.y - a.y;
+  const double reach = growth_reach_ * (b.radius + a.radius) + skin_;
+  return dx * dx + dy * dy < reach * reach;
+}
+
+void NeighbourLists::erase(std::uint32_t body, std::uint32_t neighbour) {
+  std::uint32_t* list = slots_.data() + body * capacity_;
+  std::uint32_t* end = std::remove(list, list + counts_[body], neighbour);
+  counts_[body] = static_cast<std::uint32_t>(end - list);
+}
+
+bool NeighbourLists::insert(std::uint32_t body, std::uint32_t neighbour,
+                            std::span<const std::uint32_t> rank) {
+  if (counts_[body] == capacity_) return false;
+  std::uint32_t* list = slots_.data() + body * capacity_;
+  std::uint32_t at = counts_[body]++;
+  for (; at > 0 && rank[list[at - 1]] > rank[neighbour]; --at) list[at] = list[at - 1];
+  list[at] = neighbour;
+  return true;
+}
+
+bool NeighbourLists::mend(std::uint32_t body, std::span<const Body> bodies,
+                          std::span<const std::uint32_t> order,
+                          std::span<const std::uint32_t> rank) {
+  for (const std::uint32_t j : of(body)) erase(j, body);
+  counts_[body] = 0;
+  built_[body] = {bodies[body].x, bodies[body].y, bodies[body].radius};
+  // The others stand where they stood when they were listed: that is what drifts are measured from.
+  for (const std::uint32_t j : order) {
+    if (j == body || !within(built_[body], built_[j])) continue;
+    if (counts_[body] == capacity_ || !insert(j, body, rank)) return false;
+    slots_[body * capacity_ + counts_[body]++] = j;
+  }
+  return true;
 }
 
 void NeighbourLists::build(std::span<const Body> bodies, std::span<const std::uint32_t> order,

@@ -173,11 +173,12 @@ void Simulation::deposit(std::uint32_t count) {
 
 void Simulation::reorganise() {
   reorganiser_.run(state_.cells, {});
-  mechanics_.invalidate();
+  mechanics_.remap(reorganiser_.new_index());
 }
 
 void Simulation::restructured() {
   reorganise();
+  mechanics_.invalidate();
   state_.contacts.start.assign(state_.cells.size() + 1, 0);
   state_.contacts.items.clear();
   for (OrganismState& organism : state_.organisms) organism.live = 0;
