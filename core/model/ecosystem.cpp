@@ -75,6 +75,15 @@ class TreeBuilder final : public TreeSink {
   Tree tree_;
 };
 
+/// The stable key of something that belongs to a state. The state's key is scrambled first
+/// (splitmix64), so that names that run together ("a" + "bc", "ab" + "c") do not meet.
+std::uint64_t key_of(const State& owner, std::string_view name) {
+  std::uint64_t k = owner.key + 0x9E3779B97F4A7C15ull;
+  k = (k ^ (k >> 30)) * 0xBF58476D1CE4E5B9ull;
+  k = (k ^ (k >> 27)) * 0x94D049BB133111EBull;
+  return stable_key(name, k ^ (k >> 31));
+}
+
 std::string number(double x) {
   std::ostringstream out;
   out.precision(6);
@@ -108,7 +117,7 @@ Ports::Ports(const Tree& tree, const Schema& schema, std::size_t morphogens) {
   for (std::uint16_t s = 0; s < states; ++s)
     for (std::uint32_t c = 0; c < channels.size(); ++c)
       inputs_.push_back({keep(tree.states[s].name + "/" + channels[c]),
-                         stable_key(channels[c], tree.states[s].key), c, s});
+                         key_of(tree.states[s], channels[c]), c, s});
 
   const auto add_output = [&](std::string name, std::uint64_t key, std::uint16_t target) {
     const auto channel = static_cast<std::uint32_t>(outputs_.size());
@@ -123,8 +132,8 @@ Ports::Ports(const Tree& tree, const Schema& schema, std::size_t morphogens) {
   out_.apoptosis = plain("apoptosis");
   out_.specialize.assign(states, 0);
   for (std::uint16_t s = 1; s < states; ++s)
-    out_.specialize[s] = add_output("specialize." + tree.states[s].name,
-                                    stable_key("specialize", tree.states[s].key), s);
+    out_.specialize[s] =
+        add_output("specialize." + tree.states[s].name, key_of(tree.states[s], "specialize"), s);
   for (std::size_t m = 0; m < morphogens; ++m)
     out_.morphogens.push_back(plain("morphogen." + std::to_string(m)));
   out_.conversion = plain("conversion");
@@ -208,8 +217,8 @@ double stable_time_step(double stiffness, double adhesion, double mass, double d
                         double drag) {
   const double k = 13.0 * (stiffness + adhesion) / (2.0 * mass);
   const double c = (13.0 * damping / 2.0 + drag) / mass;
-  // Without springs only the damper limits the explicit step: 2 / C.
-  if (k == 0) return c == 0 ? std::numeric_limits<double>::infinity() : 2.0 / c;
+  // Its limit without springs.
+  if (k == 0) return c == 0 ? std::numeric_limits<double>::infinity() : 1.0 / c;
   return (std::sqrt(c * c + 4.0 * k) - c) / (2.0 * k);
 }
 

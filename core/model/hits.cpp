@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace somas::model {
 
 namespace {
 
 constexpr std::int32_t most_bins_per_side = 1024;
+constexpr double absurd = 1e150;
 
 }  // namespace
 
@@ -26,34 +28,37 @@ double meeting(const Segment& s, double x, double y, double radius) {
 }
 
 void HitFinder::prepare(const CellStore& cells) {
-  const std::uint32_t count = cells.size();
+  // Cells that an absurd force threw out of all bounds cannot be met; the step buries them.
+  placed_.clear();
+  for (std::uint32_t i = 0; i < cells.size(); ++i)
+    if (std::abs(cells.x[i]) < absurd && std::abs(cells.y[i]) < absurd) placed_.push_back(i);
   widest_ = 0;
-  if (count == 0) {
-    left_ = bottom_ = 0;
-    right_ = top_ = -1;
-    return;
+  left_ = bottom_ = std::numeric_limits<double>::infinity();
+  right_ = top_ = -std::numeric_limits<double>::infinity();
+  if (placed_.empty()) return;
+  for (const std::uint32_t i : placed_) {
+    widest_ = std::max(widest_, cells.radius[i]);
+    left_ = std::min(left_, cells.x[i]), right_ = std::max(right_, cells.x[i]);
+    bottom_ = std::min(bottom_, cells.y[i]), top_ = std::max(top_, cells.y[i]);
   }
-  for (const double r : cells.radius) widest_ = std::max(widest_, r);
-  const auto [x_low, x_high] = std::minmax_element(cells.x.begin(), cells.x.end());
-  const auto [y_low, y_high] = std::minmax_element(cells.y.begin(), cells.y.end());
-  left_ = *x_low - widest_, right_ = *x_high + widest_;
-  bottom_ = *y_low - widest_, top_ = *y_high + widest_;
+  left_ -= widest_, right_ += widest_;
+  bottom_ -= widest_, top_ += widest_;
   side_ = std::max(2.0 * widest_, std::max(right_ - left_, top_ - bottom_) / most_bins_per_side);
   columns_ = static_cast<std::int32_t>((right_ - left_) / side_) + 1;
   rows_ = static_cast<std::int32_t>((top_ - bottom_) / side_) + 1;
 
   // Counting sort by the bin of the centre.
-  bin_.resize(count);
-  items_.resize(count);
+  bin_.resize(cells.size());
+  items_.resize(placed_.size());
   start_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_) + 1, 0);
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (const std::uint32_t i : placed_) {
     const auto c = static_cast<std::int32_t>((cells.x[i] - left_) / side_);
     const auto r = static_cast<std::int32_t>((cells.y[i] - bottom_) / side_);
     bin_[i] = static_cast<std::uint32_t>(r * columns_ + c);
     ++start_[bin_[i] + 1];
   }
   for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
-  for (std::uint32_t i = 0; i < count; ++i) items_[start_[bin_[i]]++] = i;
+  for (const std::uint32_t i : placed_) items_[start_[bin_[i]]++] = i;
   for (std::size_t b = start_.size() - 1; b > 0; --b) start_[b] = start_[b - 1];
   start_[0] = 0;
 }

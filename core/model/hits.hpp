@@ -27,7 +27,7 @@ class HitFinder {
   double left_ = 0, bottom_ = 0, right_ = -1, top_ = -1;  ///< bounds of all discs
   double side_ = 1, widest_ = 0;
   std::int32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> start_, items_, bin_;
+  std::vector<std::uint32_t> start_, items_, bin_, placed_;
 };
 
 }  // namespace somas::model

@@ -17,12 +17,13 @@ constexpr double skin = 0.3;
 constexpr double coincident = 1e-12;
 
 /// A direction for cells at the very same place, from their two names; opposite for the other one.
-std::pair<double, double> arbitrary_direction(const CellStore& cells, std::uint32_t i,
+std::pair<double, double> arbitrary_direction(const WorldState& world, std::uint32_t i,
                                               std::uint32_t j) {
+  const CellStore& cells = world.cells;
   const bool first = cells.rank[i] < cells.rank[j];
   const std::uint32_t a = first ? i : j, b = first ? j : i;
-  Rng rng(stable_key("core.coincident"), cells.organism[a], cells.organism[b], cells.id[a],
-          cells.id[b]);
+  Rng rng(stable_key("core.coincident"), world.organisms[cells.organism[a]].key,
+          world.organisms[cells.organism[b]].key, cells.id[a], cells.id[b]);
   const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
   return first ? std::pair(angle.cos, angle.sin) : std::pair(-angle.cos, -angle.sin);
 }
@@ -37,8 +38,11 @@ class PairBlock {
  public:
   static constexpr std::uint32_t capacity = 32;
 
-  PairBlock(const CellStore& cells, std::span<const Body> bodies, double damping, bool one_organism)
-      : cells_(cells), bodies_(bodies), damping_(damping), one_organism_(one_organism) {}
+  PairBlock(const WorldState& world, std::span<const Body> bodies, double damping)
+      : world_(world),
+        bodies_(bodies),
+        damping_(damping),
+        one_organism_(world.organisms.size() == 1) {}
 
   /// Precondition: 1 to `capacity` neighbours.
   void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
@@ -54,6 +58,9 @@ class PairBlock {
     if (together) separate(i, neighbours);
   }
 
+  [[nodiscard]] bool kin(std::uint32_t i, std::uint32_t j) const {
+    return one_organism_ || world_.cells.organism[i] == world_.cells.organism[j];
+  }
   [[nodiscard]] bool near(std::size_t k) const { return gap_[k / 4][k % 4] > 0; }
   [[nodiscard]] double collision(std::size_t k) const { return collision_[k / 4][k % 4]; }
   [[nodiscard]] double total(std::size_t k) const { return near(k) ? total_[k / 4][k % 4] : 0.0; }
@@ -83,7 +90,7 @@ class PairBlock {
     if (!one_organism_) {
       // Strangers collide but do not adhere.
       for (std::size_t k = 0; k < 4; ++k) {
-        if (cells_.organism[i] == cells_.organism[four[k]]) continue;
+        if (kin(i, four[k])) continue;
         adhesion[k] = 0;
         reach[k] = radii[k];
       }
@@ -109,9 +116,8 @@ class PairBlock {
       const double dx = a.x - b.x, dy = a.y - b.y;
       const double distance = std::sqrt(dx * dx + dy * dy);
       if (distance > coincident) continue;
-      const auto [nx, ny] = arbitrary_direction(cells_, i, neighbours[k]);
-      const bool kin = cells_.organism[i] == cells_.organism[neighbours[k]];
-      const double adhesion = kin ? 0.5 * (a.adhesion + b.adhesion) : 0.0;
+      const auto [nx, ny] = arbitrary_direction(world_, i, neighbours[k]);
+      const double adhesion = kin(i, neighbours[k]) ? 0.5 * (a.adhesion + b.adhesion) : 0.0;
       const double pull = adhesion * (distance - 0.5 * (a.radius + b.radius));
       const double approach = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny;
       nx_[k / 4][k % 4] = nx;
@@ -120,7 +126,7 @@ class PairBlock {
     }
   }
 
-  const CellStore& cells_;
+  const WorldState& world_;
   std::span<const Body> bodies_;
   double damping_;
   bool one_organism_;
@@ -198,9 +204,8 @@ void MechanicsSolver::refresh_neighbours(const CellStore& cells) {
 }
 
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
-  const CellStore& cells = world.cells;
   const auto count = static_cast<std::uint32_t>(bodies_.size());
-  PairBlock block(cells, bodies_, constants.damping, world.organisms.size() == 1);
+  PairBlock block(world, bodies_, constants.damping);
   // Every cell gathers its own force in canonical order; pairs are computed twice, exactly
   // opposite.
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -232,15 +237,13 @@ void MechanicsSolver::observe(const Mechanics& constants, WorldState& world) {
   Contacts& contacts = world.contacts;
   contacts.start.resize(cells.size() + 1);
   contacts.items.clear();
-  const bool one_organism = world.organisms.size() == 1;
-  PairBlock block(cells, bodies_, constants.damping, one_organism);
+  PairBlock block(world, bodies_, constants.damping);
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     double push = 0, xx = 0, xy = 0, yy = 0;
     contacts.start[i] = static_cast<std::uint32_t>(contacts.items.size());
     for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
       for (std::size_t k = 0; k < part.size(); ++k) {
-        const bool kin = one_organism || cells.organism[i] == cells.organism[part[k]];
-        if (kin && block.near(k)) contacts.items.push_back(part[k]);
+        if (block.near(k) && block.kin(i, part[k])) contacts.items.push_back(part[k]);
         const double collision = block.collision(k);
         push += collision;
         xx += collision * block.nx(k) * block.nx(k);

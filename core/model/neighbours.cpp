@@ -16,6 +16,11 @@ constexpr std::uint32_t bins_per_reach = 2;
 // Mending a list looks at every body: beyond so many, building all lists is cheaper.
 constexpr std::size_t most_mended = 32;
 
+bool placed(const Body& body) {
+  constexpr double absurd = 1e150;
+  return std::abs(body.x) < absurd && std::abs(body.y) < absurd;
+}
+
 }  // namespace
 
 double NeighbourLists::drift(const Body& body, const Built& built) const {
@@ -130,11 +135,15 @@ void NeighbourLists::build(std::span<const Body> bodies, std::span<const std::ui
 
 void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
                                     std::span<const std::uint32_t> order, double reach) {
-  double right = bodies.empty() ? 0 : bodies[0].x, top = bodies.empty() ? 0 : bodies[0].y;
-  left_ = right, bottom_ = top;
+  // Bodies that an absurd force threw out of all bounds have no neighbours, whatever their bin.
+  double right = 0, top = 0;
+  left_ = bottom_ = 0;
+  bool any = false;
   for (const Body& body : bodies) {
-    left_ = std::min(left_, body.x), right = std::max(right, body.x);
-    bottom_ = std::min(bottom_, body.y), top = std::max(top, body.y);
+    if (!placed(body)) continue;
+    left_ = any ? std::min(left_, body.x) : body.x, right = any ? std::max(right, body.x) : body.x;
+    bottom_ = any ? std::min(bottom_, body.y) : body.y, top = any ? std::max(top, body.y) : body.y;
+    any = true;
   }
   const double longest = std::max(right - left_, top - bottom_);
   bin_side_ = std::max(reach / bins_per_reach, longest / most_bins_per_side);
@@ -145,9 +154,12 @@ void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
   bin_of_.resize(bodies.size());
   bin_start_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const auto c = static_cast<std::uint32_t>((bodies[i].x - left_) / bin_side_);
-    const auto r = static_cast<std::uint32_t>((bodies[i].y - bottom_) / bin_side_);
-    bin_of_[i] = std::min(r, rows_ - 1) * columns_ + std::min(c, columns_ - 1);
+    bin_of_[i] = 0;
+    if (placed(bodies[i])) {
+      const auto c = static_cast<std::uint32_t>((bodies[i].x - left_) / bin_side_);
+      const auto r = static_cast<std::uint32_t>((bodies[i].y - bottom_) / bin_side_);
+      bin_of_[i] = std::min(r, rows_ - 1) * columns_ + std::min(c, columns_ - 1);
+    }
     ++bin_start_[bin_of_[i] + 1];
   }
   for (std::size_t b = 1; b < bin_start_.size(); ++b) bin_start_[b] += bin_start_[b - 1];

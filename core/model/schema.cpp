@@ -68,7 +68,10 @@ Id SchemaBuilder::skill(std::string_view name, const SkillSpec& spec) {
 
 Id SchemaBuilder::sensor(std::string_view name) {
   const auto& all = schema_.sensors;
-  if (std::find(all.begin(), all.end(), name) != all.end()) clash(instance_, "a sensor", name);
+  const bool of_the_model = name == "pressure" || name == "energy" || name == "ambrosia" ||
+                            name.starts_with("morphogen.");
+  if (of_the_model || std::find(all.begin(), all.end(), name) != all.end())
+    clash(instance_, "a sensor", name);
   return append(schema_.sensors, std::string(name));
 }
 

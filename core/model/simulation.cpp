@@ -1,7 +1,9 @@
 #include "core/model/simulation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace somas::model {
@@ -144,13 +146,25 @@ void Simulation::control() {
             cells.memory.lanes(range.begin, range.count(), phenotype.program->memory_per_cell()),
         .out = outputs_.lanes(range.begin, range.count(),
                               static_cast<std::uint32_t>(layout.outputs.size()))};
+    run_program(*phenotype.program, batch);
+  }
+}
+
+void Simulation::run_program(const Program& program, const Batch& batch) const {
+  try {
     // Founders settle on their first inputs before their first step.
     if (state_.step == 0) {
-      phenotype.program->start(batch);
-      for (std::uint32_t w = 0; w < ecosystem_.config().warm_up_steps; ++w)
-        phenotype.program->step(batch);
+      program.start(batch);
+      for (std::uint32_t w = 0; w < ecosystem_.config().warm_up_steps; ++w) program.step(batch);
     }
-    phenotype.program->step(batch);
+    program.step(batch);
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
+  } catch (const std::exception& error) {
+    throw PluginFailure("controller", "step at step " + std::to_string(state_.step), error.what());
+  } catch (...) {
+    throw PluginFailure("controller", "step at step " + std::to_string(state_.step),
+                        "an exception that is no std::exception");
   }
 }
 
@@ -191,6 +205,10 @@ void Simulation::move() {
     external = [this](std::span<double> fx, std::span<double> fy) {
       view_.set_forces(fx, fy);
       view_.act(Phase::forces);
+      const auto finite = [](double f) { return std::isfinite(f); };
+      if (!std::all_of(fx.begin(), fx.end(), finite) || !std::all_of(fy.begin(), fy.end(), finite))
+        throw PluginFailure("environments", "act(forces) at step " + std::to_string(state_.step),
+                            "a force is not a finite number");
     };
   mechanics_.run(ecosystem_.config().mechanics, state_, external);
 }

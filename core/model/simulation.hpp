@@ -60,6 +60,7 @@ class Simulation {
   void update_fields();
   void sense();
   void control();
+  void run_program(const Program& program, const Batch& batch) const;
   void deposit(std::uint32_t count);
   void reorganise();
   void move();
