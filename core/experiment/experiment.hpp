@@ -34,12 +34,19 @@ class InputError : public std::runtime_error {
   Position position_;
 };
 
+/// A plugin class in use.
+struct PluginUse {
+  std::string id;       ///< of the class, as in the file
+  std::string version;  ///< of its library
+};
+
 /// A loaded experiment. `ecosystem` is wired and validated; it keeps its plugins alive.
 struct Experiment {
   std::string name;
   std::uint64_t seed = 1;
   evolution::Settings evolution;
   std::shared_ptr<const model::Ecosystem> ecosystem;
+  PluginUse specialization, controller;  ///< who can read genomes
 
   std::string original_yaml;  ///< the experiment file, byte for byte
   std::string resolved_yaml;  ///< every key with its value, loadable again, extends folded in

@@ -55,6 +55,8 @@ Experiment Loader::load() {
   experiment.seed = static_cast<std::uint64_t>(values_.seed);
   experiment.evolution = values_.evolution;
   experiment.ecosystem = ecosystem_;
+  experiment.specialization = plugin_of("specialization");
+  experiment.controller = plugin_of("controller");
   experiment.original_yaml = text_;
   experiment.resolved_yaml = resolved();
   experiment.libraries = libraries();
@@ -64,6 +66,8 @@ Experiment Loader::load() {
 void Loader::read() {
   text_ = read_text(file_);
   root_ = read_tree(file_, text_);
+
+  if (const Node* environments = root_.find("environments")) environments_ = keys_of(*environments);
 
   // The choice of a plugin replaces its block, so what else is set in it has to come later.
   std::vector<std::string> overrides = options_.overrides;
@@ -140,10 +144,30 @@ void Loader::check_environments() {
       problems_.add(node.key_position, path,
                     "null removes an inherited environment, but none is inherited; write {} for "
                     "all defaults");
+    } else if (only_set(node)) {
+      problems_.add(node.key_position, path, no_such_environment(node.key));
     } else {
       check_block(PluginKind::environment, node, path, node.key, node.key);
     }
   }
+}
+
+// Made by --set, and nothing says of which plugin: likely a name misspelt.
+bool Loader::only_set(const Node& environment) const {
+  const auto has = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), environment.key) != names.end();
+  };
+  const bool says_plugin =
+      environment.kind != Node::Kind::mapping || environment.find("plugin") != nullptr;
+  return !says_plugin && !has(environments_) && !has(registry_->ids());
+}
+
+std::string Loader::no_such_environment(const std::string& name) const {
+  // A slip for a name in use is likelier than one for a plugin.
+  std::string hint = plugins::did_you_mean(name, environments_);
+  if (hint.empty()) hint = plugins::did_you_mean(name, registry_->ids(PluginKind::environment));
+  return "there is no such environment; have: " + plugins::join(environments_) + hint +
+         " (a new one needs its plugin: --set environments." + name + ".plugin=ID)";
 }
 
 void Loader::check_single(PluginKind kind) {
@@ -268,6 +292,11 @@ std::string Loader::resolved() const {
   for (const PluginKind kind : single_kinds) write_block(block(plugins::kind_name(kind)), 0);
   core_key("evolution");
   return out;
+}
+
+PluginUse Loader::plugin_of(const std::string& instance) const {
+  const plugins::PluginClass& plugin = block(instance).plugin;
+  return {plugin.id(), plugin.library->version()};
 }
 
 std::vector<Experiment::Library> Loader::libraries() const {

@@ -44,9 +44,12 @@ class Loader {
   void check_blocks();
   void wire();
   [[nodiscard]] std::string resolved() const;
+  [[nodiscard]] PluginUse plugin_of(const std::string& instance) const;
   [[nodiscard]] std::vector<Experiment::Library> libraries() const;
 
   void check_environments();
+  [[nodiscard]] bool only_set(const Node& environment) const;
+  [[nodiscard]] std::string no_such_environment(const std::string& name) const;
   void check_single(PluginKind kind);
   void check_block(PluginKind kind, const Node& node, const std::string& path,
                    const std::string& instance, const std::string& default_plugin);
@@ -62,6 +65,7 @@ class Loader {
   Validator validator_{problems_};
   std::string text_;
   Node root_;
+  std::vector<std::string> environments_;  // of the file, before --set
   plugins::ParameterValue core_;
   CoreValues values_;
   std::vector<std::filesystem::path> directories_;  // of the file's `plugins`, absolute

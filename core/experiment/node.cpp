@@ -50,6 +50,12 @@ std::string Node::description() const {
   return (quoted ? "the text '" : "'") + shortened(text) + "'";
 }
 
+std::vector<std::string> keys_of(const Node& mapping) {
+  std::vector<std::string> keys;
+  for (const Node& item : mapping.items) keys.push_back(item.key);
+  return keys;
+}
+
 std::string indexed(const std::string& path, std::size_t index) {
   return std::string(path).append("[").append(std::to_string(index)).append("]");
 }

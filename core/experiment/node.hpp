@@ -31,6 +31,9 @@ struct Node {
   [[nodiscard]] std::string description() const;
 };
 
+/// The keys of a mapping, in order.
+[[nodiscard]] std::vector<std::string> keys_of(const Node& mapping);
+
 /// "a.b[2]" from "a.b" and 2.
 [[nodiscard]] std::string indexed(const std::string& path, std::size_t index);
 

@@ -124,12 +124,6 @@ Assignment split(const std::string& text) {
   return parts;
 }
 
-std::vector<std::string> keys_of(const Node& mapping) {
-  std::vector<std::string> keys;
-  for (const Node& item : mapping.items) keys.push_back(item.key);
-  return keys;
-}
-
 bool is_index(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
 }
@@ -147,8 +141,9 @@ bool names_plugin(Segments path) {
   if (at.kind == Node::Kind::sequence) {
     const std::string range =
         at.items.empty() ? "" : " (0 to " + std::to_string(at.items.size() - 1) + ")";
-    throw InputError(position, so_far + ": a list of " + std::to_string(at.items.size()) +
-                                   " elements" + range + ", '" + segment + "' is none of them");
+    throw InputError(position, so_far + ": a list of " +
+                                   plugins::plural(at.items.size(), "element") + range + ", '" +
+                                   segment + "' is none of them");
   }
   throw InputError(
       position, so_far + ": is " + at.description() + ", there is no '" + segment + "' below it");

@@ -182,8 +182,11 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
     std::reverse(words.begin(), words.end());
     parser.parse(words);
   } catch (const CLI::ParseError& error) {
-    const int code = parser.exit(error);
-    return Done{code == 0 ? exit_ok : exit_bad_input};
+    // Help and version come this way, too.
+    if (error.get_exit_code() != 0)
+      throw run::UsageError(std::string(error.what()) + "; run with --help for more information");
+    parser.exit(error);
+    return Done{exit_ok};
   }
   return chosen(parser, options);
 }

@@ -8,8 +8,8 @@
 
 namespace somas::host {
 
-/// `arguments` without the program's name. Prints help and complaints itself. Throws
-/// run::UsageError for a word that is neither a command nor a file.
+/// `arguments` without the program's name. Prints help and version itself. Throws run::UsageError
+/// for what is no command line.
 [[nodiscard]] Command parse_command_line(const std::vector<std::string>& arguments);
 
 }  // namespace somas::host

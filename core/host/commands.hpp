@@ -55,7 +55,7 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> anatomy_csv;
 };
 
-/// Nothing to run: --help and --version have answered, or the command line was wrong.
+/// Nothing to run: --help and --version have answered.
 struct Done {
   int exit_code = 0;
 };

@@ -3,14 +3,13 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/describe.hpp"
+#include "core/plugins/suggest.hpp"
 #include "core/run/errors.hpp"
 
 namespace somas::host {
 namespace {
 
-std::string plural(std::size_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
+using plugins::plural;
 
 std::string summary_of(const experiment::Experiment& experiment) {
   const model::Ecosystem& ecosystem = *experiment.ecosystem;
@@ -50,6 +49,7 @@ std::string summary_of(const experiment::Experiment& experiment) {
 
 plugins::Registry registry_with(const std::vector<std::filesystem::path>& given) {
   std::vector<plugins::SearchDirectory> directories;
+  directories.reserve(given.size());
   for (const std::filesystem::path& directory : given)
     directories.push_back({directory, "--plugin-path"});
   for (plugins::SearchDirectory& directory : plugins::standard_search_path())

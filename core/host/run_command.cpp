@@ -3,6 +3,7 @@
 
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
+#include "core/plugins/suggest.hpp"
 #include "core/run/runner.hpp"
 #include "core/run/signals.hpp"
 
@@ -14,9 +15,11 @@ std::string ending_of(const run::RunReport& report, std::uint64_t planned) {
   if (report.generations == 0) return text + "stopped before a generation was finished\n";
   char best[32];
   std::snprintf(best, sizeof best, "%.6g", report.best);
-  text += report.stopped ? "stopped after " : "";
-  text += std::to_string(report.generations);
-  text += report.stopped ? " of " + std::to_string(planned) + " generations" : " generations";
+  if (report.stopped)
+    text += "stopped after " + std::to_string(report.generations) + " of " +
+            plugins::plural(planned, "generation");
+  else
+    text += plugins::plural(report.generations, "generation");
   return text + ", best " + best + " in generation " + std::to_string(report.best_generation) +
          "\n";
 }

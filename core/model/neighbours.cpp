@@ -10,7 +10,6 @@ namespace somas::model {
 
 namespace {
 
-constexpr std::uint32_t most_bins_per_side = 4096;
 // Bins finer than the reach waste fewer candidates in the corners.
 constexpr std::uint32_t bins_per_reach = 2;
 // Mending a list looks at every body: beyond so many, building all lists is cheaper.
@@ -39,6 +38,7 @@ bool NeighbourLists::stale(std::span<const Body> bodies) const {
 }
 
 void NeighbourLists::remap(std::span<const std::uint32_t> new_index) {
+  if (!valid_) return;
   const auto count = static_cast<std::size_t>(
       std::count_if(new_index.begin(), new_index.end(), [](std::uint32_t n) { return n != gone; }));
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -146,7 +146,10 @@ void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
     any = true;
   }
   const double longest = std::max(right - left_, top - bottom_);
-  bin_side_ = std::max(reach / bins_per_reach, longest / most_bins_per_side);
+  // A body far off must not cost a grid as wide: a few bins a body are enough.
+  const double most_bins = 4.0 * static_cast<double>(bodies.size()) + 1024;
+  bin_side_ = std::max({reach / bins_per_reach, longest / most_bins,
+                        std::sqrt((right - left_) * (top - bottom_) / most_bins)});
   columns_ = static_cast<std::uint32_t>((right - left_) / bin_side_) + 1;
   rows_ = static_cast<std::uint32_t>((top - bottom_) / bin_side_) + 1;
 

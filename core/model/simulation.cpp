@@ -191,8 +191,8 @@ void Simulation::reorganise() {
 }
 
 void Simulation::restructured() {
-  reorganise();
   mechanics_.invalidate();
+  reorganise();
   state_.contacts.start.assign(state_.cells.size() + 1, 0);
   state_.contacts.items.clear();
   for (OrganismState& organism : state_.organisms) organism.live = 0;

@@ -134,6 +134,7 @@ void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int3
 void WorldView::strike(std::uint32_t cell, Id hazard, double energy) {
   require(Phase::stress, "strike");
   if (cell >= state_.cells.size()) throw std::logic_error("strike: no such cell");
+  if (!(energy >= 0)) throw std::logic_error("strike: the energy must be a number, at least 0");
   const Hazard& declared = ecosystem_.schema().hazards.at(hazard);
   double& absorbed = state_.cells.damage[hazard][cell];
   absorbed += energy;

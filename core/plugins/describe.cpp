@@ -1,5 +1,7 @@
 #include "core/plugins/describe.hpp"
 
+#include <cmath>
+
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -37,7 +39,7 @@ std::string allowed(const ParameterInfo& info) {
   if (info.kind == ParameterKind::choice) return join(choices_of(info));
   if (info.kind == ParameterKind::boolean) return "true, false";
   if (info.kind == ParameterKind::list && info.field_count == 1) return range_text(info.fields[0]);
-  const std::string range = range_text(info);
+  std::string range = range_text(info);
   const bool has_unit = info.unit != nullptr && *info.unit != '\0';
   if (range.empty() && has_unit) return std::string("[").append(info.unit).append("]");
   return range;
@@ -58,7 +60,8 @@ std::string default_text(const ParameterInfo& info) {
           .append(yaml_inline(entry));
     return entries.append("}");
   }
-  return value.kind == ParameterKind::list ? std::to_string(value.items.size()) + " entries" : "";
+  if (value.kind != ParameterKind::list) return "";
+  return value.items.size() == 1 ? "1 entry" : std::to_string(value.items.size()) + " entries";
 }
 
 // What a parameter is made of, and how that is written in a key path.
@@ -88,25 +91,81 @@ void text_lines(std::string& out, std::span<const ParameterInfo> parameters,
   }
 }
 
-void yaml_lines(std::string& out, std::span<const ParameterInfo> parameters, int indent) {
-  for (const ParameterInfo& info : parameters) {
-    const std::string range = allowed(info);
-    const std::string note = std::string("  # ") + info.doc + (range.empty() ? "" : "; " + range);
-    const ParameterValue value = default_of(info);
-    const bool whole = value.kind != ParameterKind::none && info.required == 0;
-    if (!whole) {
-      out += spaces(indent) + "# " + info.name + ":" + note +
-             (info.required != 0 ? " (required)\n" : " (optional)\n");
-    } else if (is_inline(value)) {
-      out += spaces(indent) + info.name + ": " + yaml_inline(value) + note + "\n";
-    } else if (info.kind == ParameterKind::group) {
-      out += spaces(indent) + info.name + ":" + note + "\n";
-      yaml_lines(out, fields_of(info), indent + 2);
-    } else {
-      out += spaces(indent) + "#" + note.substr(3) + "\n";
-      write_field(out, value, indent);
-    }
+// A number in range; the least one where there is one.
+double number_in_range(const ParameterInfo& info) {
+  if (in_range(info, 1)) return 1;
+  if (in_range(info, info.minimum)) return info.minimum;
+  const double above = std::isfinite(info.maximum) ? info.maximum : info.minimum + 1;
+  return in_range(info, above) ? above : 0;
+}
+
+// What could stand where a value is required: no default says what to write.
+ParameterValue example_of(const ParameterInfo& info) {
+  ParameterValue value;
+  value.kind = info.kind;
+  value.key = info.name;
+  if (info.kind == ParameterKind::number) value.number = number_in_range(info);
+  if (info.kind == ParameterKind::integer)
+    value.integer = static_cast<std::int64_t>(number_in_range(info));
+  if (info.kind == ParameterKind::text) value.text = "example";
+  if (info.kind == ParameterKind::choice) value.text = info.choices[0];
+  if (info.kind == ParameterKind::list) {
+    value.items.push_back(example_of(info.fields[0]));
+    value.items.back().key.clear();
   }
+  return value;
+}
+
+void yaml_lines(std::string& out, std::span<const ParameterInfo> parameters, int indent);
+
+// A list with one element, in which every field is noted.
+void example_element(std::string& out, const ParameterInfo& list, int indent) {
+  std::string element;
+  yaml_lines(element, fields_of(list.fields[0]), indent + 4);
+  element[static_cast<std::size_t>(indent) + 2] = '-';
+  out += spaces(indent) + list.name + ":\n" + element;
+}
+
+// Puts every line behind a '#'.
+std::string commented(const std::string& lines, int indent) {
+  const auto margin = static_cast<std::size_t>(indent);
+  std::string out;
+  for (std::size_t begin = 0, end = 0; begin < lines.size(); begin = end + 1) {
+    end = lines.find('\n', begin);
+    out += spaces(indent) + "# " + lines.substr(begin + margin, end - begin - margin) + "\n";
+  }
+  return out;
+}
+
+void yaml_line(std::string& out, const ParameterInfo& info, int indent) {
+  const std::string range = allowed(info);
+  const std::string doc = std::string("# ") + info.doc + (range.empty() ? "" : "; " + range);
+  const bool required = info.required != 0;
+  const ParameterValue value = required ? example_of(info) : default_of(info);
+  if (info.kind == ParameterKind::list && *nested(info).suffix != '\0' &&
+      (required || value.items.empty())) {
+    // Required, an element stands there; else it is told.
+    out += spaces(indent) + doc + (required ? " (required)\n" : "; an element is\n");
+    std::string element;
+    example_element(element, info, indent);
+    out += required ? element : commented(element, indent);
+    if (!required) out += spaces(indent) + info.name + ": []\n";
+  } else if (value.kind == ParameterKind::none) {
+    out += spaces(indent) + "# " + info.name + ":  " + doc + " (optional)\n";
+  } else if (is_inline(value)) {
+    out += spaces(indent) + info.name + ": " + yaml_inline(value) + "  " + doc +
+           (required ? " (required)\n" : "\n");
+  } else if (info.kind == ParameterKind::group) {
+    out += spaces(indent) + info.name + ":  " + doc + "\n";
+    yaml_lines(out, fields_of(info), indent + 2);
+  } else {
+    out += spaces(indent) + doc + "\n";
+    write_field(out, value, indent);
+  }
+}
+
+void yaml_lines(std::string& out, std::span<const ParameterInfo> parameters, int indent) {
+  for (const ParameterInfo& info : parameters) yaml_line(out, info, indent);
 }
 
 // A bar would end the cell.
@@ -123,7 +182,7 @@ std::string markdown_rows(std::span<const ParameterInfo> parameters, const std::
   for (const ParameterInfo& info : parameters) {
     const std::string fallback = default_text(info);
     const bool is_code = !fallback.empty() && fallback != "required" && fallback != "none" &&
-                         !fallback.ends_with(" entries");
+                         !fallback.ends_with(" entries") && fallback != "1 entry";
     const std::string shown = is_code ? std::string("`").append(cell(fallback)) + "`" : fallback;
     rows.append("| `").append(prefix).append(info.name).append("` | ").append(type_name(info));
     rows.append(" | ").append(shown).append(" | ").append(cell(allowed(info)));

@@ -73,4 +73,8 @@ std::string join(std::span<const std::string> words, std::string_view none) {
   return text;
 }
 
+std::string plural(std::uint64_t count, std::string_view noun) {
+  return std::to_string(count).append(" ").append(noun).append(count == 1 ? "" : "s");
+}
+
 }  // namespace somas::plugins

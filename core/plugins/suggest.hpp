@@ -1,6 +1,7 @@
-// "Did you mean": the nearest of the allowed words.
+// Words in messages: "did you mean", lists, plurals.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,5 +21,8 @@ namespace somas::plugins {
 
 /// "a, b, c"; `none` when there are none.
 [[nodiscard]] std::string join(std::span<const std::string> words, std::string_view none = "none");
+
+/// "1 generation", "2 generations".
+[[nodiscard]] std::string plural(std::uint64_t count, std::string_view noun);
 
 }  // namespace somas::plugins

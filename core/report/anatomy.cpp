@@ -7,6 +7,8 @@
 
 #include "somas/sdk/rng.hpp"
 
+#include "core/plugins/suggest.hpp"
+
 namespace somas::report {
 namespace {
 
@@ -146,7 +148,8 @@ void Anatomy::describe(const model::Simulation& simulation) {
   const std::vector<model::State>& states = organism.phenotype->tree->states;
   for (const model::State& state : states) states_.push_back(state.name);
   causes_ = simulation.ecosystem().schema().causes;
-  for (std::uint16_t s = 1; s < states.size(); ++s)
+  const auto count = static_cast<std::uint16_t>(states.size());
+  for (std::uint16_t s = 1; s < count; ++s)
     pairs_.push_back({.outer = s, .inner = states[s].parent});
 }
 
@@ -198,10 +201,10 @@ std::string Anatomy::to_text() const {
               formatted(": never %u %s cells to compare\n", least_outer_cells, outer.c_str());
       continue;
     }
-    text += "  " + outer + " outside " + inner +
-            formatted(": P = %.3f over %llu steps; shuffled %.3f (%.3f to %.3f)\n", s.observed,
-                      static_cast<unsigned long long>(s.steps), s.shuffled, s.shuffled_low,
-                      s.shuffled_high);
+    text +=
+        "  " + outer + " outside " + inner + formatted(": P = %.3f over ", s.observed) +
+        plugins::plural(s.steps, "step") +
+        formatted("; shuffled %.3f (%.3f to %.3f)\n", s.shuffled, s.shuffled_low, s.shuffled_high);
   }
   if (steps_.empty()) return text;
 
@@ -212,11 +215,10 @@ std::string Anatomy::to_text() const {
       farthest = std::max(farthest, std::sqrt(step.x * step.x + step.y * step.y));
     most_clusters = std::max(most_clusters, step.clusters);
   }
-  text += formatted("  at most %u clusters; centroid at most %.1f from the centre\n", most_clusters,
-                    farthest);
-  text += formatted("  %llu divisions, %llu specializations; deaths:",
-                    static_cast<unsigned long long>(divisions_),
-                    static_cast<unsigned long long>(specializations_));
+  text += "  at most " + plugins::plural(most_clusters, "cluster") +
+          formatted("; centroid at most %.1f from the centre\n", farthest);
+  text += "  " + plugins::plural(divisions_, "division") + ", " +
+          plugins::plural(specializations_, "specialization") + "; deaths:";
   for (std::size_t c = 0; c < causes_.size(); ++c)
     text += formatted(" %llu ", static_cast<unsigned long long>(steps_.back().deaths[c])) +
             causes_[c] + (c + 1 < causes_.size() ? "," : "\n");

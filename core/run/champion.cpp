@@ -10,8 +10,14 @@ constexpr std::string_view champion_format = "somas-champion/1";
 
 // ---- writing -----------------------------------------------------------------------------------
 
-Json chromosome_to_json(const Genes& genes, const Heritable& part) {
+using experiment::PluginUse;
+
+Json chromosome_to_json(const Genes& genes, const Heritable& part, const PluginUse& owner) {
   Json json = Json::object();
+  if (!owner.id.empty()) {
+    json["plugin"] = owner.id;
+    json["version"] = owner.version;
+  }
   Json readable;
   JsonBuilder builder(readable);
   part.to_json(genes, builder);
@@ -51,33 +57,76 @@ Json steps_to_json(const Recording& recording) {
 
 // ---- reading -----------------------------------------------------------------------------------
 
-Genes chromosome_from_json(const JsonView& json, const Heritable& part, bool& matches_bytes) {
-  const JsonView& readable = json.member("genes");
+/// A genome as its file has it.
+struct ReadGenome {
+  model::Genome genome;
+  bool matches_bytes = true;
+  std::vector<std::string> other_versions;  ///< warnings
+};
+
+/// A part of a genome: in the file, in the organism, and who made it. `kind` names the part.
+struct Part {
+  const char* kind;
+  const Heritable& heritable;
+  const PluginUse& owner;
+};
+
+std::string in_quotes(std::string_view text) { return "'" + std::string(text) + "'"; }
+
+// Genes of another plugin would fail on some detail of theirs: better say so at once.
+void check_owner(const JsonView& json, const Part& part, ReadGenome& read) {
+  if (part.owner.id.empty() || !json.has("plugin")) return;
+  const std::string kind = part.kind;
+  const std::string_view id = json.member("plugin").text();
+  const std::string_view version = json.has("version") ? json.member("version").text() : "";
+  const std::string made_for = "made for the " + kind + " " + in_quotes(id) +
+                               (version.empty() ? "" : ", version " + std::string(version));
+  if (id != part.owner.id)
+    throw UsageError(json.place() + ": the genome was " + made_for + "; this experiment's " + kind +
+                     " is " + in_quotes(part.owner.id));
+  if (!version.empty() && version != part.owner.version)
+    read.other_versions.push_back(json.place() + ": the genome was " + made_for +
+                                  "; here it is version " + part.owner.version);
+}
+
+Genes genes_from_json(const JsonView& readable, const JsonView& chromosome, const Part& part) {
+  // An old or handmade file may be of another plugin without saying so.
+  const std::string doubt = chromosome.has("plugin") || part.owner.id.empty()
+                                ? ""
+                                : "; the file does not say which " + std::string(part.kind) +
+                                      " it is for: is it " + in_quotes(part.owner.id) + "?";
   Genes genes;
   try {
-    part.from_json(readable, genes);
-  } catch (const UsageError&) {
-    throw;
+    part.heritable.from_json(readable, genes);
+  } catch (const UsageError& error) {
+    throw UsageError(error.what() + doubt);
   } catch (const std::exception& error) {
-    throw UsageError(readable.place() + ": " + error.what());
+    throw UsageError(readable.place() + ": " + error.what() + doubt);
   }
+  return genes;
+}
+
+Genes chromosome_from_json(const JsonView& json, const Part& part, ReadGenome& read) {
+  check_owner(json, part, read);
+  Genes genes = genes_from_json(json.member("genes"), json, part);
   if (!json.has("bytes")) return genes;
   const JsonView& bytes = json.member("bytes");
   const auto expected = parse_hex_bytes(bytes.text());
   if (!expected) bytes.fail("pairs of hexadecimal digits");
-  if (*expected != genes) matches_bytes = false;
+  if (*expected != genes) read.matches_bytes = false;
   return genes;
 }
 
-model::Genome genome_from_json(const JsonView& json, const evolution::Heredity& heredity,
-                               bool& matches_bytes) {
-  model::Genome genome;
-  genome.controller =
-      chromosome_from_json(json.member("controller"), heredity.controller(), matches_bytes);
+ReadGenome genome_from_json(const JsonView& json, const evolution::Heredity& heredity,
+                            const GenomeOwners& owners) {
+  ReadGenome read;
+  read.genome.controller = chromosome_from_json(
+      json.member("controller"), {"controller", heredity.controller(), owners.controller}, read);
   if (heredity.tree() != nullptr && json.has("specialization"))
-    genome.tree =
-        chromosome_from_json(json.member("specialization"), *heredity.tree(), matches_bytes);
-  return genome;
+    read.genome.tree =
+        chromosome_from_json(json.member("specialization"),
+                             {"specialization", *heredity.tree(), owners.specialization}, read);
+  return read;
 }
 
 evolution::Individual individual_from_json(const JsonView& json) {
@@ -133,15 +182,27 @@ void read_steps(const JsonView& json, Recording& recording) {
 
 }  // namespace
 
-Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity) {
+GenomeOwners owners_of(const experiment::Experiment& experiment) {
+  return {experiment.controller, experiment.specialization};
+}
+
+std::string edited_warning(const std::string& origin) {
+  return origin + ": the genome was edited: genes and bytes disagree; the genes count";
+}
+
+Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity,
+                    const GenomeOwners& owners) {
   Json json = Json::object();
-  json["controller"] = chromosome_to_json(genome.controller, heredity.controller());
+  json["controller"] =
+      chromosome_to_json(genome.controller, heredity.controller(), owners.controller);
   if (heredity.tree() != nullptr)
-    json["specialization"] = chromosome_to_json(genome.tree, *heredity.tree());
+    json["specialization"] =
+        chromosome_to_json(genome.tree, *heredity.tree(), owners.specialization);
   return json;
 }
 
-std::string to_text(const Champion& champion, const evolution::Heredity& heredity) {
+std::string to_text(const Champion& champion, const evolution::Heredity& heredity,
+                    const GenomeOwners& owners) {
   const evolution::Individual& individual = champion.individual;
   Json json;
   json["format"] = champion_format;
@@ -153,14 +214,14 @@ std::string to_text(const Champion& champion, const evolution::Heredity& heredit
   json["fitness"] = individual.fitness;
   json["trials"] = individual.trials;
   json["replay"] = replay_to_json(champion);
-  json["genome"] = genome_to_json(individual.genome, heredity);
+  json["genome"] = genome_to_json(individual.genome, heredity, owners);
   json["states"] = champion.recording.states;
   json["steps"] = steps_to_json(champion.recording);
   return to_text(json);
 }
 
 Champion parse_champion(std::string_view text, const std::string& origin,
-                        const evolution::Heredity& heredity) {
+                        const evolution::Heredity& heredity, const GenomeOwners& owners) {
   const Json json = parse_json(text, origin);
   const JsonView view(json, origin);
   if (view.member("format").text() != champion_format)
@@ -171,8 +232,9 @@ Champion parse_champion(std::string_view text, const std::string& origin,
   champion.experiment = view.member("experiment").text();
   champion.generation = view.member("generation").natural();
   champion.individual = individual_from_json(view);
-  champion.individual.genome =
-      genome_from_json(view.member("genome"), heredity, champion.genes_match_bytes);
+  ReadGenome read = genome_from_json(view.member("genome"), heredity, owners);
+  champion.individual.genome = std::move(read.genome);
+  champion.genes_match_bytes = read.matches_bytes;
 
   const JsonView& replay = view.member("replay");
   champion.seed = replay.member("seed").key64();
@@ -186,13 +248,15 @@ Champion parse_champion(std::string_view text, const std::string& origin,
   return champion;
 }
 
-model::Genome parse_genome(std::string_view text, const std::string& origin,
-                           const evolution::Heredity& heredity) {
+SavedGenome parse_genome(std::string_view text, const std::string& origin,
+                         const evolution::Heredity& heredity, const GenomeOwners& owners) {
   const Json json = parse_json(text, origin);
   const JsonView view(json, origin);
-  bool matches_bytes = true;
-  return genome_from_json(view.has("genome") ? view.member("genome") : view, heredity,
-                          matches_bytes);
+  ReadGenome read =
+      genome_from_json(view.has("genome") ? view.member("genome") : view, heredity, owners);
+  SavedGenome saved{std::move(read.genome), std::move(read.other_versions)};
+  if (!read.matches_bytes) saved.warnings.push_back(edited_warning(origin));
+  return saved;
 }
 
 }  // namespace somas::run

@@ -4,13 +4,22 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/evolution/heredity.hpp"
 #include "core/evolution/population.hpp"
+#include "core/experiment/experiment.hpp"
 #include "core/run/json.hpp"
 #include "core/run/recording.hpp"
 
 namespace somas::run {
+
+/// Whose genes they are: a file of another controller is refused by name. Empty ids: not known, so
+/// neither written nor compared.
+struct GenomeOwners {
+  experiment::PluginUse controller, specialization;
+};
+[[nodiscard]] GenomeOwners owners_of(const experiment::Experiment& experiment);
 
 struct Champion {
   std::string experiment;
@@ -23,18 +32,29 @@ struct Champion {
 
 /// The file's text. The genome stands there twice: as JSON, for people, and as bytes in
 /// hexadecimal.
-[[nodiscard]] std::string to_text(const Champion& champion, const evolution::Heredity& heredity);
+[[nodiscard]] std::string to_text(const Champion& champion, const evolution::Heredity& heredity,
+                                  const GenomeOwners& owners = {});
 
 /// Reads what to_text wrote. The JSON form of the genome counts (people edit it); where the bytes
 /// say otherwise, genes_match_bytes is false. Throws UsageError that starts with `origin`.
 [[nodiscard]] Champion parse_champion(std::string_view text, const std::string& origin,
-                                      const evolution::Heredity& heredity);
+                                      const evolution::Heredity& heredity,
+                                      const GenomeOwners& owners = {});
+/// What to say of a genome whose two forms disagree.
+[[nodiscard]] std::string edited_warning(const std::string& origin);
 
 /// The genome alone, as a JSON object.
-[[nodiscard]] Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity);
+[[nodiscard]] Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity,
+                                  const GenomeOwners& owners = {});
+
+struct SavedGenome {
+  model::Genome genome;
+  std::vector<std::string> warnings;  ///< edited by hand, made by another version of a plugin
+};
 
 /// The genome of a champion's file, or of a file that holds just the genome object.
-[[nodiscard]] model::Genome parse_genome(std::string_view text, const std::string& origin,
-                                         const evolution::Heredity& heredity);
+[[nodiscard]] SavedGenome parse_genome(std::string_view text, const std::string& origin,
+                                       const evolution::Heredity& heredity,
+                                       const GenomeOwners& owners = {});
 
 }  // namespace somas::run

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace somas::run {
 
@@ -24,6 +25,9 @@ class WriteError : public std::runtime_error {
  public:
   /// `error` is an errno.
   WriteError(const std::filesystem::path& path, int error);
+  /// The same with a message of its own.
+  WriteError(const std::string& message, std::filesystem::path path, int error)
+      : std::runtime_error(message), path_(std::move(path)), error_(error) {}
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] int error() const { return error_; }
 

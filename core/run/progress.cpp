@@ -9,7 +9,7 @@ namespace {
 
 constexpr double redraw_seconds = 0.2;
 constexpr double heartbeat_seconds = 10;
-constexpr std::size_t bar_cells = 20;
+constexpr std::size_t bar_cells[] = {20, 10, 5};
 
 // Enough digits to see a difference, no more: the exact numbers are in the files.
 std::string number_text(double value) {
@@ -27,13 +27,49 @@ std::string rate_text(double rate) {
   return text;
 }
 
-std::string bar(double share) {
-  const auto full = static_cast<std::size_t>(share * static_cast<double>(bar_cells));
-  std::string text(bar_cells + 2, '.');
+std::string bar(double share, std::size_t cells) {
+  const auto full = static_cast<std::size_t>(share * static_cast<double>(cells));
+  std::string text(cells + 2, '.');
   std::fill_n(text.begin() + 1, full, '#');
   text.front() = '[';
   text.back() = ']';
   return text;
+}
+
+/// How much a line says, from all to the least.
+enum class Wording { words, abbreviations, no_evaluations, no_total, least };
+
+std::string value_text(const std::optional<double>& value) {
+  return value ? number_text(*value) : "-";
+}
+
+// Generations count from 0, as everywhere else; the count from 1 stands beside it.
+std::string generation_text(const Standing& standing, Wording wording) {
+  std::string text = wording == Wording::words ? "generation " : "gen ";
+  text += std::to_string(standing.generation);
+  if (wording >= Wording::no_total) return text;
+  text += " (" + std::to_string(standing.generation + 1) + " of " +
+          std::to_string(standing.generations) + ")";
+  if (wording >= Wording::no_evaluations || standing.done == standing.evaluations) return text;
+  return text + " " + std::to_string(standing.done) + "/" + std::to_string(standing.evaluations);
+}
+
+std::string worded(const Standing& standing, Wording wording) {
+  const bool least = wording == Wording::least;
+  const std::string comma = least ? " " : ", ";
+  std::string text = generation_text(standing, wording) + (least ? " best " : ": best ") +
+                     value_text(standing.best) + comma + "median " + value_text(standing.median) +
+                     comma + rate_text(standing.rate);
+  text += least ? "/s" : wording == Wording::words ? " evaluations/s" : " eval/s";
+  if (standing.seconds_left) text += comma + duration_text(*standing.seconds_left) + " left";
+  return text;
+}
+
+double share_done(const Standing& standing) {
+  const auto evaluations = static_cast<double>(standing.evaluations);
+  const double so_far =
+      static_cast<double>(standing.generation) * evaluations + static_cast<double>(standing.done);
+  return std::min(1.0, so_far / (static_cast<double>(standing.generations) * evaluations));
 }
 
 }  // namespace
@@ -50,6 +86,20 @@ std::string duration_text(double seconds) {
   else
     std::snprintf(text, sizeof text, "%ldd%02ldh", total / 86400, total / 3600 % 24);
   return text;
+}
+
+std::string long_text(const Standing& standing) { return worded(standing, Wording::words); }
+
+std::string text_within(const Standing& standing, std::size_t columns) {
+  std::string text;
+  for (const Wording wording : {Wording::words, Wording::abbreviations, Wording::no_evaluations,
+                                Wording::no_total, Wording::least}) {
+    text = worded(standing, wording);
+    for (const std::size_t cells : bar_cells)
+      if (text.size() + cells + 3 <= columns) return bar(share_done(standing), cells) + " " + text;
+    if (text.size() <= columns) return text;
+  }
+  return text.substr(0, columns);
 }
 
 Progress::Progress(Terminal& terminal, std::uint64_t generations, std::uint64_t evaluations)
@@ -77,7 +127,7 @@ void Progress::end_generation(const evolution::Statistics& statistics) {
   pace_ = pace_ ? 0.7 * *pace_ + 0.3 * seconds : seconds;
   last_ = statistics;
   // On a terminal the next redraw shows it; elsewhere each generation gets its line.
-  if (!terminal_.interactive()) terminal_.line(description(evaluations_));
+  if (!terminal_.interactive()) terminal_.line(long_text(standing(evaluations_)));
 }
 
 double Progress::elapsed() const {
@@ -92,31 +142,29 @@ double Progress::seconds_left(std::uint64_t done) const {
   return pace * (after + std::max(0.0, 1 - finished));
 }
 
-std::string Progress::description(std::uint64_t done) const {
-  const bool complete = done == evaluations_;
-  // Generations count from 0, as everywhere else.
-  std::string text = "generation " + std::to_string(generation_) + " (" +
-                     std::to_string(generation_ + 1) + " of " + std::to_string(generations_) + ")";
-  if (!complete) text += " " + std::to_string(done) + "/" + std::to_string(evaluations_);
-  if (last_)
-    text += ": best " + number_text(last_->best) + ", median " + number_text(last_->median);
-  else
-    text += ": best -, median -";
-  text += ", " + rate_text(rate_) + " evaluations/s";
-  if (pace_ || done > 0) text += ", " + duration_text(seconds_left(done)) + " left";
-  return text;
+Standing Progress::standing(std::uint64_t done) const {
+  Standing now{.generation = generation_,
+               .generations = generations_,
+               .done = done,
+               .evaluations = evaluations_,
+               .best = {},
+               .median = {},
+               .rate = rate_,
+               .seconds_left = {}};
+  if (last_) {
+    now.best = last_->best;
+    now.median = last_->median;
+  }
+  if (pace_ || done > 0) now.seconds_left = seconds_left(done);
+  return now;
 }
 
 void Progress::draw(std::uint64_t done) {
   shown_ = Clock::now();
-  if (!terminal_.interactive()) {
-    terminal_.line(description(done));
-    return;
-  }
-  const double all = static_cast<double>(generations_) * static_cast<double>(evaluations_);
-  const double so_far = static_cast<double>(generation_) * static_cast<double>(evaluations_) +
-                        static_cast<double>(done);
-  terminal_.status(bar(std::min(1.0, so_far / all)) + " " + description(done));
+  if (terminal_.interactive())
+    terminal_.status(text_within(standing(done), terminal_.columns()));
+  else
+    terminal_.line(long_text(standing(done)));
 }
 
 }  // namespace somas::run

@@ -11,7 +11,24 @@
 
 namespace somas::run {
 
-/// On a terminal one line, redrawn five times a second: generation, bar, best, median, evaluations
+/// What a progress line says.
+struct Standing {
+  std::uint64_t generation = 0, generations = 1;  ///< counted from 0; how many
+  std::uint64_t done = 0, evaluations = 1;        ///< of this generation
+  std::optional<double> best, median;             ///< of the generation before
+  double rate = 0;                                ///< evaluations a second
+  std::optional<double> seconds_left;
+};
+
+/// In whole words, without a bar.
+[[nodiscard]] std::string long_text(const Standing& standing);
+
+/// As much as fits into so many columns: the bar shrinks first, then the words, then the number of
+/// evaluations done and the number of generations go. From 60 columns on there are always
+/// generation, best, median, evaluations a second and time left.
+[[nodiscard]] std::string text_within(const Standing& standing, std::size_t columns);
+
+/// On a terminal one line, redrawn five times a second: bar, generation, best, median, evaluations
 /// a second, time left. Elsewhere a line a generation, and within one that takes long, now and
 /// then.
 class Progress {
@@ -31,7 +48,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
   [[nodiscard]] double elapsed() const;
   [[nodiscard]] double seconds_left(std::uint64_t done) const;
-  [[nodiscard]] std::string description(std::uint64_t done) const;
+  [[nodiscard]] Standing standing(std::uint64_t done) const;
   void draw(std::uint64_t done);
 
   Terminal& terminal_;

@@ -4,11 +4,14 @@
 #include <cstdio>
 
 #include "core/experiment/experiment.hpp"
+#include "core/plugins/suggest.hpp"
 #include "core/run/manifest.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
 namespace {
+
+using plugins::plural;
 
 /// The experiment as it was resolved then, with today's plugins.
 experiment::Experiment load_resolved(const ReplayOptions& options, ReplayReport& report) {
@@ -54,7 +57,7 @@ std::string step_text(const Recording& recording, std::size_t step) {
 
 std::vector<std::string> differences(const Recording& recorded, const Recording& replayed) {
   std::vector<std::string> found;
-  if (recorded.states != replayed.states) found.push_back("the states of cells are others");
+  if (recorded.states != replayed.states) found.emplace_back("the states of cells are others");
   if (const auto step = first_difference(recorded, replayed))
     found.push_back("first differing step " + std::to_string(*step) + ": recorded " +
                     step_text(recorded, *step) + "; replayed " + step_text(replayed, *step));
@@ -75,8 +78,8 @@ std::string life_text(const Recording& recording) {
   const Outcome& outcome = recording.outcome;
   return "survival " + std::to_string(outcome.survival) +
          (outcome.censored ? " (alive at the end)" : "") + ", peak " +
-         std::to_string(outcome.peak_cells) + " cells, " + std::to_string(outcome.divisions) +
-         " divisions, " + std::to_string(outcome.specializations) + " specializations";
+         plural(outcome.peak_cells, "cell") + ", " + plural(outcome.divisions, "division") + ", " +
+         plural(outcome.specializations, "specialization");
 }
 
 // A line at about ten moments of a life.
@@ -106,10 +109,8 @@ ReplayReport replay(const ReplayOptions& options) {
 
   const experiment::Experiment experiment = load_resolved(options, report);
   const evolution::Heredity heredity(*experiment.ecosystem);
-  report.recorded = parse_champion(read_file(file), file.string(), heredity);
-  if (!report.recorded.genes_match_bytes)
-    report.warnings.push_back(file.string() +
-                              ": the genome was edited: genes and bytes disagree; the genes count");
+  report.recorded = parse_champion(read_file(file), file.string(), heredity, owners_of(experiment));
+  if (!report.recorded.genes_match_bytes) report.warnings.push_back(edited_warning(file.string()));
   make_fit(report.recorded, heredity, report, file.string());
 
   report.replayed = *record(*experiment.ecosystem, report.recorded.individual.genome,
@@ -117,7 +118,7 @@ ReplayReport replay(const ReplayOptions& options) {
   if (!report.what_if) {
     report.differences = differences(report.recorded.recording, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())
-      report.differences.push_back("the genome was edited, though its life is the same");
+      report.differences.emplace_back("the genome was edited, though its life is the same");
   }
   return report;
 }

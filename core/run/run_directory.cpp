@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdio>
 #include <ctime>
+#include <system_error>
 #include <utility>
 
 #include <sys/stat.h>
@@ -90,18 +91,30 @@ std::string timing_line(const Generation& generation, const Timing& timing) {
          "," + now_utc() + "\n";
 }
 
+[[noreturn]] void cannot_make(const fs::path& path, int error) {
+  std::string why = std::generic_category().message(error);
+  // Below a directory that exists, "no such file" would puzzle: so /proc and its like answer.
+  std::error_code ignored;
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : ".";
+  if (error == ENOENT && fs::is_directory(parent, ignored))
+    why = "no directories can be made in " + parent.string();
+  throw WriteError("cannot make the directory " + path.string() + ": " + why, path, error);
+}
+
 /// False if something of that name exists already.
 bool make_directory(const fs::path& path) {
   if (::mkdir(path.c_str(), 0777) == 0) return true;
   if (errno == EEXIST) return false;
-  throw WriteError(path, errno);
+  cannot_make(path, errno);
 }
 
 void make_parents(const fs::path& path) {
-  if (!path.has_parent_path()) return;
+  const fs::path parent = path.parent_path();
+  if (parent.empty() || parent == path) return;
   std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  if (error) throw WriteError(path.parent_path(), error.value());
+  if (fs::is_directory(parent, error)) return;
+  make_parents(parent);
+  if (!make_directory(parent) && !fs::is_directory(parent, error)) cannot_make(path, ENOTDIR);
 }
 
 // An experiment's name as part of a file name.
@@ -117,7 +130,7 @@ std::string file_name_of(const std::string& name) {
 
 fs::path make_given_directory(const fs::path& given) {
   // "runs/a/" names the same directory as "runs/a".
-  const fs::path out = given.has_filename() ? given : given.parent_path();
+  fs::path out = given.has_filename() ? given : given.parent_path();
   make_parents(out);
   if (make_directory(out)) return out;
   std::error_code error;
@@ -168,7 +181,7 @@ fs::path make_run_directory(const std::optional<fs::path>& out, const std::strin
 
 RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experiment,
                            const Json& manifest, std::span<const GivenGenome> genomes)
-    : path_(std::move(path)) {
+    : path_(std::move(path)), owners_(owners_of(experiment)) {
   create_file(path_ / "experiment.yaml", experiment.original_yaml);
   create_file(path_ / "resolved.yaml", experiment.resolved_yaml);
   create_file(path_ / "manifest.json", to_text(manifest));
@@ -184,7 +197,7 @@ RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experime
 void RunDirectory::commit(const Generation& generation, const evolution::Heredity& heredity,
                           const Timing& timing) {
   const fs::path champion = champion_path(path_, generation.number);
-  create_file(champion, to_text(generation.champion, heredity));
+  create_file(champion, to_text(generation.champion, heredity, owners_));
   int appended = 0;
   try {
     individuals_->append(individual_lines(generation));

@@ -72,6 +72,7 @@ class RunDirectory {
 
  private:
   std::filesystem::path path_;
+  GenomeOwners owners_;
   std::optional<AppendFile> individuals_, timing_, generations_;
 };
 

@@ -5,25 +5,20 @@
 
 #include "core/evaluation/thread_evaluator.hpp"
 #include "core/evolution/reproduction.hpp"
+#include "core/plugins/suggest.hpp"
 #include "core/run/progress.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
 namespace {
 
+using plugins::plural;
 using Clock = std::chrono::steady_clock;
 
 std::vector<GivenGenome> read_genomes(const std::vector<std::filesystem::path>& files) {
   std::vector<GivenGenome> genomes;
+  genomes.reserve(files.size());
   for (const std::filesystem::path& file : files) genomes.push_back({file, read_file(file)});
-  return genomes;
-}
-
-std::vector<model::Genome> parse_genomes(const std::vector<GivenGenome>& given,
-                                         const evolution::Heredity& heredity) {
-  std::vector<model::Genome> genomes;
-  for (const GivenGenome& genome : given)
-    genomes.push_back(parse_genome(genome.text, genome.file.string(), heredity));
   return genomes;
 }
 
@@ -40,7 +35,13 @@ class Run {
         stop_(stop) {
     // Whatever can be wrong with the input shows before a directory is made.
     const std::vector<GivenGenome> given = read_genomes(options.genomes);
-    given_ = parse_genomes(given, heredity_);
+    std::vector<std::string> warnings;
+    for (const GivenGenome& genome : given) {
+      SavedGenome saved =
+          parse_genome(genome.text, genome.file.string(), heredity_, owners_of(experiment));
+      given_.push_back(std::move(saved.genome));
+      for (std::string& warning : saved.warnings) warnings.push_back(std::move(warning));
+    }
     if (given_.size() > settings_.population)
       throw UsageError(std::to_string(given_.size()) + " genomes do not fit a population of " +
                        std::to_string(settings_.population));
@@ -51,11 +52,11 @@ class Run {
         make_run_directory(options.out, experiment.name, experiment.seed);
     directory_.emplace(path, experiment, manifest, given);
     report_.directory = path;
+    for (const std::string& warning : warnings) terminal.line("warning: " + warning);
     if (options.quiet) return;
-    terminal.line("run " + path.string() + ": " + std::to_string(settings_.generations) +
-                  " generations of " + std::to_string(settings_.population) + ", seed " +
-                  std::to_string(experiment.seed) + ", " + std::to_string(evaluator_.threads()) +
-                  (evaluator_.threads() == 1 ? " thread" : " threads"));
+    terminal.line("run " + path.string() + ": " + plural(settings_.generations, "generation") +
+                  " of " + std::to_string(settings_.population) + ", seed " +
+                  std::to_string(experiment.seed) + ", " + plural(evaluator_.threads(), "thread"));
     progress_.emplace(terminal, settings_.generations, evaluations());
   }
 
@@ -143,7 +144,7 @@ class Run {
     json["id"] = individual.id;
     json["seed"] = hex64(seed);
     json["error"] = error.what();
-    json["genome"] = genome_to_json(individual.genome, heredity_);
+    json["genome"] = genome_to_json(individual.genome, heredity_, owners_of(experiment_));
     write_file(file, to_text(json));
     const std::string text = "generation " + std::to_string(number) + ", individual " +
                              std::to_string(individual.id) + ": " + error.what() +

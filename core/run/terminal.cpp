@@ -25,6 +25,9 @@ bool is_interactive(std::FILE* stream) {
 
 Terminal::Terminal(std::FILE* stream) : stream_(stream), interactive_(is_interactive(stream)) {}
 
+// One column stays free, or some terminals wrap.
+std::size_t Terminal::columns() const { return width_of(stream_) - 1; }
+
 void Terminal::line(std::string_view text) {
   const std::scoped_lock lock(mutex_);
   std::string out;
@@ -45,8 +48,7 @@ void Terminal::status(std::string_view text) {
 }
 
 void Terminal::draw() {
-  // One column stays free, or some terminals wrap.
-  const std::string_view shown = std::string_view(status_).substr(0, width_of(stream_) - 1);
+  const std::string_view shown = std::string_view(status_).substr(0, columns());
   std::string out(clear_line);
   out += shown;
   std::fwrite(out.data(), 1, out.size(), stream_);

@@ -16,6 +16,8 @@ class Terminal {
 
   /// A person may be watching: a status line makes sense.
   [[nodiscard]] bool interactive() const { return interactive_; }
+  /// Columns that a status line may take; 79 where the stream does not say.
+  [[nodiscard]] std::size_t columns() const;
   /// A line that stays; the status line moves below it.
   void line(std::string_view text);
   /// Replaces the status line, cut to the width of the terminal; empty removes it. Does nothing

@@ -64,8 +64,7 @@ TEST(Errors, ParameterErrorCarriesItsPath) {
   EXPECT_STREQ(error.what(), "is nobody");
 }
 
-// ---- the plugin table
-// ----------------------------------------------------------------------------
+// ---- the plugin table ---------------------------------------------------------------------------
 
 int living = 0;
 

@@ -157,8 +157,10 @@ std::vector<double> Tree::points(std::size_t state, std::span<const SkillInfo> s
     const std::size_t k = find(skills, name);
     const std::string where = path(state, "skills." + name);
     if (k == none)
-      throw ParameterError(
-          where, "no skill is called " + quoted(name) + "; the skills are " + names(skills));
+      throw ParameterError(where,
+                           "no skill is called " + quoted(name) +
+                               "; skills come from the model and the environments in use, here " +
+                               names(skills));
     const SkillSpec& spec = skills[k].spec;
     if (!(value >= spec.minimum && value <= spec.maximum))
       throw ParameterError(where,

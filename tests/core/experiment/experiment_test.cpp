@@ -3,11 +3,15 @@
 #include <gmock/gmock.h>
 
 #include "core/model/simulation.hpp"
+#include "core/plugins/describe.hpp"
 #include "core/plugins/registry.hpp"
 #include "tests/core/experiment/files.hpp"
 
 namespace somas::experiment {
 namespace {
+
+const std::filesystem::path bundled = SOMAS_BINARY_DIR "/plugins";
+const std::filesystem::path experiments = SOMAS_SOURCE_DIR "/experiments";
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -72,6 +76,13 @@ TEST_F(Load, PassesEveryKindOfParameter) {
   EXPECT_EQ(scalar(loaded, "inner.depth"), 6);
   EXPECT_EQ(scalar(loaded, "list.0"), 0.25);
   EXPECT_EQ(scalar(loaded, "list.1"), 2);
+}
+
+TEST_F(Load, SaysWhoReadsGenomes) {
+  const Experiment loaded = load_toy(write("e.yaml", blocks));
+  EXPECT_EQ(loaded.controller.id, "toy_controller");
+  EXPECT_EQ(loaded.controller.version, "1.0");
+  EXPECT_EQ(loaded.specialization.id, "toy_tree");
 }
 
 TEST_F(Load, ListsTheLibrariesInUse) {
@@ -225,9 +236,27 @@ TEST_F(Load, PlacesAnUnstableTimeStep) {
 // ---- the bundled experiments
 // ---------------------------------------------------------------------
 
+TEST_F(Load, TakesWhatDescribePrints) {
+  const std::string base = write("base.yaml", blocks).string();
+  const plugins::Registry toys({{toy_plugins, "test"}});
+  for (const std::string& id : toys.ids()) {
+    const std::string text = plugins::describe(toys.find(id), plugins::DescribeFormat::yaml);
+    EXPECT_EQ(complaint("extends: " + base + "\n" + text), "") << text;
+  }
+}
+
+TEST_F(Load, TakesWhatDescribePrintsOfTheBundledPlugins) {
+  const plugins::Registry registry({{bundled, "test"}});
+  if (registry.candidates().empty()) GTEST_SKIP() << "built without them";
+  for (const std::string& id : registry.ids()) {
+    const std::string text = plugins::describe(registry.find(id), plugins::DescribeFormat::yaml);
+    const auto file =
+        write("e.yaml", "extends: " + (experiments / "exp1.yaml").string() + "\n" + text);
+    EXPECT_NO_THROW(static_cast<void>(load(file, {{}, {bundled}}))) << text;
+  }
+}
+
 TEST(Experiments, LoadWithTheBundledPlugins) {
-  const std::filesystem::path bundled = SOMAS_BINARY_DIR "/plugins";
-  const std::filesystem::path experiments = SOMAS_SOURCE_DIR "/experiments";
   const bool built = !plugins::Registry({{bundled, "test"}}).candidates().empty();
   if (!built || !std::filesystem::exists(experiments)) GTEST_SKIP() << "built without them";
   for (const auto& entry : std::filesystem::directory_iterator(experiments)) {

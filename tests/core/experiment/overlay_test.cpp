@@ -129,6 +129,30 @@ TEST_F(Overrides, ChooseAPluginBeforeItsParameters) {
   EXPECT_THAT(text, HasSubstr("  toy_environment:\n    plugin: toy_parameters\n    number: 2\n"));
 }
 
+TEST_F(Overrides, NameTheEnvironmentThatWasMeant) {
+  EXPECT_EQ(refused("environments.toy_enviroment.hazard=0"),
+            "--set environments.toy_enviroment.hazard=0: environments.toy_enviroment: there is no "
+            "such environment; have: toy_environment; did you mean 'toy_environment'? (a new one "
+            "needs its plugin: --set environments.toy_enviroment.plugin=ID)");
+  // Nothing near in use, but a plugin is.
+  EXPECT_EQ(refused("environments.toy_paramters={number: 2}"),
+            "--set environments.toy_paramters={number: 2}: environments.toy_paramters: there is no "
+            "such environment; have: toy_environment; did you mean 'toy_parameters'? (a new one "
+            "needs its plugin: --set environments.toy_paramters.plugin=ID)");
+  // One that the file names keeps the message of its plugin.
+  EXPECT_THAT(complaint("environments:\n  field: {plugin: toy_environment}\n" + blocks.substr(36),
+                        {"environments.field={hazard: 1}"}),
+              HasSubstr("no environment 'field'; available: toy_environment"));
+}
+
+TEST_F(Overrides, AddAnEnvironment) {
+  // By the name of its plugin, or by a name of its own.
+  EXPECT_THAT(resolved({"environments.toy_parameters.number=2"}),
+              HasSubstr("  toy_parameters:\n    plugin: toy_parameters\n    number: 2\n"));
+  EXPECT_THAT(resolved({"environments.other.number=2", "environments.other.plugin=toy_parameters"}),
+              HasSubstr("  other:\n    plugin: toy_parameters\n    number: 2\n"));
+}
+
 TEST_F(Overrides, NameUnknownPaths) {
   EXPECT_EQ(refused("world.raduis=5"),
             "--set world.raduis=5: world.raduis: unknown key; allowed: radius, max_steps, "
@@ -140,7 +164,7 @@ TEST_F(Overrides, NameUnknownPaths) {
   EXPECT_EQ(complaint("world: {morphogens: {kinds: [{}]}}\n" + blocks,
                       {"world.morphogens.kinds.1.attenuation=0"}),
             "--set world.morphogens.kinds.1.attenuation=0: world.morphogens.kinds: a list of 1 "
-            "elements (0 to 0), '1' is none of them");
+            "element (0 to 0), '1' is none of them");
   EXPECT_EQ(refused("environments.toy_enviroment=null"),
             "--set environments.toy_enviroment=null: environments.toy_enviroment: there is no such "
             "environment; have: toy_environment; did you mean 'toy_environment'?");

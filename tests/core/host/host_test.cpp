@@ -175,6 +175,46 @@ TEST_F(Host, BadCommandLinesAreBadInput) {
   EXPECT_FALSE(fs::exists(path("runs")));
 }
 
+TEST_F(Host, ComplaintsAboutTheCommandLineSayWhoComplains) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {}, {"toy.yaml", "--colour"}, {"replay"}, {"toy.yaml", "--threads", "0"}};
+  for (const std::vector<std::string>& words : wrong) {
+    EXPECT_EQ(host(words), 2);
+    EXPECT_THAT(err_, AllOf(StartsWith("somas-host: "),
+                            HasSubstr("; run with --help for more information\n")));
+    EXPECT_THAT(out_, IsEmpty());
+  }
+}
+
+TEST_F(Host, OneGenerationIsNotPlural) {
+  ASSERT_EQ(host({"toy.yaml", "--generations", "1", "--out", "a"}), 0) << err_;
+  EXPECT_THAT(out_, StartsWith("a: 1 generation, best "));
+  EXPECT_THAT(err_, HasSubstr("run a: 1 generation of 12, "));
+}
+
+TEST_F(Host, AGenomeOfAnotherControllerIsRefusedByName) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  run::Json champion = run::parse_json(text("a/champions/gen-0002.json"), "champion");
+  EXPECT_EQ(champion["genome"]["controller"]["plugin"], "toy_controller");
+  EXPECT_EQ(champion["genome"]["controller"]["version"], "1.0");
+  champion["genome"]["controller"]["plugin"] = "grn";
+  write_file(path("other.json"), run::to_text(champion));
+  EXPECT_EQ(host({"toy.yaml", "--out", "b", "--genome", "other.json"}), 2);
+  EXPECT_THAT(err_, HasSubstr("made for the controller 'grn', version 1.0; this experiment's "
+                              "controller is 'toy_controller'"));
+  EXPECT_FALSE(fs::exists(path("b")));
+}
+
+TEST_F(Host, AnEditedGenomeJoinsWithAWarning) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  run::Json champion = run::parse_json(text("a/champions/gen-0002.json"), "champion");
+  run::Json& level = champion["genome"]["controller"]["genes"]["levels"][0]["level"];
+  level = 255 - level.get<int>();
+  write_file(path("edited.json"), run::to_text(champion));
+  ASSERT_EQ(host({"toy.yaml", "--quiet", "--out", "b", "--genome", "edited.json"}), 0) << err_;
+  EXPECT_THAT(err_, HasSubstr("warning: edited.json: the genome was edited"));
+}
+
 TEST_F(Host, AMisspeltCommandIsNotAMissingFile) {
   EXPECT_EQ(host({"relpay", "a"}), 2);
   EXPECT_THAT(

@@ -38,8 +38,7 @@ class CycleBench : public Bench {
   [[nodiscard]] std::size_t count() { return cells().size(); }
 };
 
-// ---- durations
-// -----------------------------------------------------------------------------------
+// ---- durations ----------------------------------------------------------------------------------
 
 TEST(Durations, DivisionTakesEffectInItsTwentiethStep) {
   CycleBench bench;
@@ -113,8 +112,7 @@ TEST(Durations, AreTheExperiments) {
   EXPECT_EQ(bench.cells().state[0], 1);
 }
 
-// ---- choosing
-// ------------------------------------------------------------------------------------
+// ---- choosing -----------------------------------------------------------------------------------
 
 /// The action that a root cell with leaf children "x" and "y" chooses.
 std::pair<Action, std::uint16_t> chosen(const Wishes& wishes) {
@@ -204,8 +202,7 @@ TEST(Choice, OffersOnlyTheChildrenOfTheOwnState) {
   EXPECT_EQ(bench.action(1), Action::none) << "three times quiescent, as a leaf can only be";
 }
 
-// ---- locks
-// ---------------------------------------------------------------------------------------
+// ---- locks --------------------------------------------------------------------------------------
 
 TEST(Locks, HoldTheDecisionWhileAllElseGoesOn) {
   struct Case {
@@ -247,8 +244,7 @@ TEST(Locks, HoldTheDecisionWhileAllElseGoesOn) {
   }
 }
 
-// ---- growth and gates
-// ----------------------------------------------------------------------------
+// ---- growth and gates ---------------------------------------------------------------------------
 
 TEST(Division, GrowsTheRadiusSoThatTheAreaDoubles) {
   for (const std::uint32_t steps : {20u, 7u}) {
@@ -360,8 +356,7 @@ TEST(Division, CapIsEachOrganismsOwn) {
   EXPECT_EQ(bench.world().organisms[1].live, 2u);
 }
 
-// ---- the split
-// -----------------------------------------------------------------------------------
+// ---- the split ----------------------------------------------------------------------------------
 
 TEST(Split, HalvesEnergyAndAmbrosia) {
   CycleBench bench;
@@ -577,8 +572,7 @@ TEST(Split, DaughterJoinsMechanicsAtOnce) {
   EXPECT_NEAR(c.pressure[bench.at(1)], 10 * overlap / (10 * overlap + 10), 1e-12);
 }
 
-// ---- apoptosis
-// -----------------------------------------------------------------------------------
+// ---- apoptosis ----------------------------------------------------------------------------------
 
 TEST(Apoptosis, GivesItsAmbrosiaToItsContactsTimesEfficiency) {
   // 8 in two parts of 4, of which half arrives: 2 each; cell 1 has room for 1 of them.
@@ -622,8 +616,7 @@ TEST(Apoptosis, OfTwoNeighboursAtOnceLosesWhatTheyGiveEachOther) {
   EXPECT_NEAR(bench.ledger().lost_death.value(), 7, 1e-12);
 }
 
-// ---- specialization
-// ------------------------------------------------------------------------------
+// ---- specialization -----------------------------------------------------------------------------
 
 TEST(Specialization, KeepsTheOldAttributesUntilItEndsThenTakesTheChilds) {
   CycleBench bench;

@@ -42,8 +42,7 @@ std::uint32_t index_of(const World& world, std::uint64_t id) {
   throw std::logic_error("no such cell");
 }
 
-// ---- strikes
-// -------------------------------------------------------------------------------------
+// ---- strikes ------------------------------------------------------------------------------------
 
 TEST(Strike, KillsWhenTheAbsorbedEnergyExceedsTheResistance) {
   HazardBench bench;
@@ -108,8 +107,7 @@ TEST(Kill, RemovesACellUnderTheGivenCause) {
   EXPECT_NEAR(bench.ledger().energy_lost.value(), 1, 1e-12);
 }
 
-// ---- causes
-// --------------------------------------------------------------------------------------
+// ---- causes -------------------------------------------------------------------------------------
 
 TEST(Cause, FirstOneCounts) {
   // Starvation (phase 5) before the strike (phase 9), the strike before the kill, and all of them
@@ -158,8 +156,7 @@ TEST(Cause, OutsideCatchesACellOfNoFinitePlace) {
   EXPECT_EQ(bench.deaths("outside"), 1u);
 }
 
-// ---- the dying
-// -----------------------------------------------------------------------------------
+// ---- the dying ----------------------------------------------------------------------------------
 
 TEST(Dying, CellsKilledInTheStepStillAbsorb) {
   HazardBench bench;
@@ -267,8 +264,7 @@ TEST(Dying, DoNotBlockTheOthersContacts) {
   EXPECT_EQ(bench.cells().ambrosia[bench.at(0)], 0);
 }
 
-// ---- survival
-// ------------------------------------------------------------------------------------
+// ---- survival -----------------------------------------------------------------------------------
 
 TEST(Survival, IsTheStepOfTheLastDeath) {
   HazardBench bench;
@@ -336,8 +332,7 @@ TEST(Survival, LastDeathAtTheLastStepIsNotCensored) {
   EXPECT_EQ(bench.simulation().outcomes()[0].survival, 4u);
 }
 
-// ---- first hits
-// ----------------------------------------------------------------------------------
+// ---- first hits ---------------------------------------------------------------------------------
 
 /// Where along the segment its nearest entry into the disc lies, by projection; nothing if it
 /// misses.

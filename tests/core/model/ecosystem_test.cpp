@@ -45,8 +45,7 @@ std::optional<std::string> complaint(std::function<void(Declare&)> first,
   return {};
 }
 
-// ---- declarations
-// --------------------------------------------------------------------------------
+// ---- declarations -------------------------------------------------------------------------------
 
 TEST(Declarations, HandlesCountFromZeroByCategory) {
   std::vector<Id> seen;
@@ -187,8 +186,7 @@ TEST(Declarations, ParameterErrorsKeepTheirPath) {
   }
 }
 
-// ---- the tree
-// ------------------------------------------------------------------------------------
+// ---- the tree -----------------------------------------------------------------------------------
 
 /// What wiring a tree of these states says when it fails.
 std::optional<std::string> complaint_about(std::vector<StateDef> states) {
@@ -274,8 +272,7 @@ TEST(Trees, KeepAttributesAndResolveSkills) {
   EXPECT_THAT(tree.states[0].skills, ElementsAre(4, 1, 1, 0.5, 0));
 }
 
-// ---- ports
-// ---------------------------------------------------------------------------------------
+// ---- ports --------------------------------------------------------------------------------------
 
 /// The bench with a given tree, a resource "food" and a sensor "light".
 void ports_bench(Bench& bench, std::vector<StateDef> states) {
@@ -396,8 +393,7 @@ TEST(PortsTest, MeaningsPointAtTheRightChannels) {
   EXPECT_EQ(input(ports.in().first_sensor), "n/light");
 }
 
-// ---- phenotypes
-// ----------------------------------------------------------------------------------
+// ---- phenotypes ---------------------------------------------------------------------------------
 
 /// Emits the genes' first byte / 10 as the morphogen output, and remembers its layout.
 class GeneController final : public Controller {

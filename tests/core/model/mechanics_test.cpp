@@ -15,8 +15,7 @@
 namespace somas::model::test {
 namespace {
 
-// ---- the reference
-// -------------------------------------------------------------------------------
+// ---- the reference ------------------------------------------------------------------------------
 
 struct Disc {
   double x = 0, y = 0, vx = 0, vy = 0;
@@ -75,8 +74,7 @@ void substep(std::vector<Disc>& discs, const Mechanics& m) {
   }
 }
 
-// ---- helpers
-// -------------------------------------------------------------------------------------
+// ---- helpers ------------------------------------------------------------------------------------
 
 /// A bench whose cells live for nothing; ids count from 0 in the order given.
 class MechanicsBench : public Bench {
@@ -164,8 +162,7 @@ std::vector<Placed> lattice(std::size_t count, double spacing, double jitter, Di
   return cells;
 }
 
-// ---- springs
-// -------------------------------------------------------------------------------------
+// ---- springs ------------------------------------------------------------------------------------
 
 TEST(Springs, TwoCellsRestWhereBothSpringsBalance) {
   struct Case {
@@ -315,8 +312,7 @@ TEST(Springs, ForeignOrganismsCollide) {
   EXPECT_GT(c.pressure[bench.at(0, 0)], 0);
 }
 
-// ---- dampers and drag
-// ----------------------------------------------------------------------------
+// ---- dampers and drag ---------------------------------------------------------------------------
 
 TEST(Damping, ActsOnlyWhileASpringActs) {
   for (const double distance : {1.8, 2.3, 2.45}) {
@@ -380,8 +376,7 @@ TEST(Damping, DrainsTheEnergyOfAPairWithoutDrag) {
   EXPECT_LT(before, start - 0.5);
 }
 
-// ---- whole clusters
-// ------------------------------------------------------------------------------
+// ---- whole clusters -----------------------------------------------------------------------------
 
 TEST(Cluster, EqualsTheAllPairsReferenceStepByStep) {
   Dice dice(1);
@@ -599,8 +594,7 @@ TEST(Cluster, PartsCoincidentCentresAlikeWhoeverElseLivesInTheWorld) {
   EXPECT_EQ(parted({{.key = 9}}, 0), parted({{.key = 4}, {.key = 9}}, 1));
 }
 
-// ---- pressure and stress
-// -------------------------------------------------------------------------
+// ---- pressure and stress ------------------------------------------------------------------------
 
 TEST(Pressure, IsTheSummedPushOverItselfPlusTen) {
   MechanicsBench bench;
@@ -660,8 +654,7 @@ TEST(Stress, IsThatOfTheLastPositions) {
   EXPECT_NEAR(bench.cells().pressure[0], push / (push + 10), 1e-12);
 }
 
-// ---- time steps and the environment's forces
-// -----------------------------------------------------
+// ---- time steps and the environment's forces ----------------------------------------------------
 
 TEST(TimeStep, SubstepsAreAsManyAndAsLongAsConfigured) {
   for (const std::uint32_t substeps : {1u, 4u}) {

@@ -55,8 +55,7 @@ class MetabolismBench : public Bench {
   [[nodiscard]] double content(std::size_t square) { return world().grids[food->grid][square]; }
 };
 
-// ---- shares
-// --------------------------------------------------------------------------------------
+// ---- shares -------------------------------------------------------------------------------------
 
 TEST(Share, ClampsToTheUnitIntervalAndReadsNotANumberAsNothing) {
   EXPECT_EQ(share(0.25f), 0.25);
@@ -66,8 +65,7 @@ TEST(Share, ClampsToTheUnitIntervalAndReadsNotANumberAsNothing) {
   EXPECT_EQ(share(std::numeric_limits<float>::infinity()), 1);
 }
 
-// ---- founders
-// ------------------------------------------------------------------------------------
+// ---- founders -----------------------------------------------------------------------------------
 
 TEST(Founder, StartsWithFullEnergyAndFiveAmbrosiaOrItsCapacity) {
   for (const auto& [capacity, expected] : {std::pair(10.0, 5.0), std::pair(0.5, 0.5)}) {
@@ -81,8 +79,7 @@ TEST(Founder, StartsWithFullEnergyAndFiveAmbrosiaOrItsCapacity) {
   }
 }
 
-// ---- uptake
-// --------------------------------------------------------------------------------------
+// ---- uptake -------------------------------------------------------------------------------------
 
 TEST(Uptake, IsShareTimesProduction) {
   MetabolismBench bench;
@@ -211,8 +208,7 @@ TEST(Uptake, OfSeveralResourcesSharesTheRoomInProportion) {
   EXPECT_NEAR(bench.cells().ambrosia[0], 2, 1e-12);
 }
 
-// ---- conversion
-// ----------------------------------------------------------------------------------
+// ---- conversion ---------------------------------------------------------------------------------
 
 TEST(Conversion, BurnsAShareOfTheAmbrosiaWithoutLoss) {
   MetabolismBench bench;
@@ -247,8 +243,7 @@ TEST(Conversion, AppliesToWhatUptakeLeft) {
   EXPECT_NEAR(bench.ambrosia(0), 4 - 0.1f * 4.0, 1e-9);
 }
 
-// ---- diffusion
-// -----------------------------------------------------------------------------------
+// ---- diffusion ----------------------------------------------------------------------------------
 
 TEST(Diffusion, SplitsTheGiftEquallyAmongContacts) {
   MetabolismBench bench;
@@ -420,8 +415,7 @@ TEST(Diffusion, EqualsAllPairsArithmeticOnRandomClusters) {
   }
 }
 
-// ---- cost
-// ----------------------------------------------------------------------------------------
+// ---- cost ---------------------------------------------------------------------------------------
 
 TEST(Cost, IsThatOfTheRunningActionOverEnergyEfficiency) {
   const std::vector<std::pair<std::string, double>> actions{

@@ -65,8 +65,7 @@ Field random_field(int size, double density, Dice& dice) {
   return field;
 }
 
-// ---- sweeps
-// --------------------------------------------------------------------------------------
+// ---- sweeps -------------------------------------------------------------------------------------
 
 TEST(MorphogenSweep, EqualsTheRuleWrittenOutOnRandomFields) {
   Dice dice(1);
@@ -252,8 +251,7 @@ TEST(MorphogenSweep, FullReachNeitherAttenuatesNorForgets) {
     for (int c = 0; c < 5; ++c) EXPECT_EQ(fields.value(0, u(c), u(r)), 0.25f);
 }
 
-// ---- sensing and depositing
-// ----------------------------------------------------------------------
+// ---- sensing and depositing ---------------------------------------------------------------------
 
 /// Inverse distances to the centres of the 3x3 block round (x, y), by hand; 0 off the grid.
 struct Block {
@@ -443,8 +441,7 @@ TEST(MorphogenDeposit, AtAnEdgeStaysOnTheGridAndSpreadsFromThere) {
   }
 }
 
-// ---- within a running simulation
-// -----------------------------------------------------------------
+// ---- within a running simulation ----------------------------------------------------------------
 
 TEST(MorphogenStep, EvaporatesAndSpreadsOnceAStepBeforeCellsSense) {
   Bench bench;

@@ -190,6 +190,62 @@ TEST(NeighbourLists, FollowRemovals) {
   }
 }
 
+TEST(NeighbourLists, AreMendedAfterBirthsDeathsLeapsAndReordering) {
+  // Bodies carry a name, by which the canonical order goes; the storage is shuffled every round.
+  struct Named {
+    std::uint32_t name;
+    Body body;
+  };
+  Dice dice(10);
+  for (int trial = 0; trial < 30; ++trial) {
+    const double skin = 0.3;
+    std::vector<Named> all;
+    std::uint32_t next = 0;
+    for (const Body& body : cloud(60, 7, 7, dice)) all.push_back({next++, body});
+    NeighbourLists lists;
+    for (int round = 0; round < 25; ++round) {
+      std::vector<Body> bodies;
+      std::vector<std::uint32_t> order(all.size()), rank(all.size());
+      std::iota(order.begin(), order.end(), 0u);
+      for (const Named& named : all) bodies.push_back(named.body);
+      std::sort(order.begin(), order.end(),
+                [&](std::uint32_t a, std::uint32_t b) { return all[a].name < all[b].name; });
+      for (std::uint32_t k = 0; k < order.size(); ++k) rank[order[k]] = k;
+      lists.refresh(bodies, order, rank, skin);
+      ASSERT_FALSE(lists.stale(bodies));
+      expect_complete(lists, bodies, order, 2 * skin);
+
+      // Everybody drifts a little; some leap, grow, die or are born.
+      for (Named& named : all) named.body.x += dice.uniform(-0.02, 0.02);
+      const std::size_t leaps = round % 5 == 4 ? all.size() : dice.below(4);
+      for (std::size_t k = 0; k < leaps; ++k) {
+        Body& body = all[dice.below(all.size())].body;
+        body.x = dice.uniform(-7, 7), body.y = dice.uniform(-7, 7);
+        body.radius = dice.uniform(0.3, 1.5);
+      }
+      const std::size_t old_count = all.size();
+      for (std::uint64_t births = dice.below(4); births > 0; --births) {
+        Named child = all[dice.below(old_count)];
+        child.name = next++;
+        child.body.y += 1;
+        all.push_back(child);
+      }
+      std::vector<std::uint32_t> kept;
+      for (std::uint32_t k = 0; k < all.size(); ++k)
+        if (all.size() < 30 || dice.below(20) != 0) kept.push_back(k);
+      dice.shuffle(kept);
+      std::vector<std::uint32_t> new_index(all.size(), gone);
+      std::vector<Named> rest;
+      for (const std::uint32_t k : kept) {
+        new_index[k] = static_cast<std::uint32_t>(rest.size());
+        rest.push_back(all[k]);
+      }
+      lists.remap(new_index);
+      all = rest;
+    }
+  }
+}
+
 TEST(NeighbourLists, NeverMissAPairWhileTheyAreNotStale) {
   Dice dice(8);
   for (int trial = 0; trial < 60; ++trial) {

@@ -18,8 +18,7 @@
 
 #include "tests/core/model/support.hpp"
 
-// ---- counting allocations
-// ------------------------------------------------------------------------
+// ---- counting allocations -----------------------------------------------------------------------
 
 namespace {
 
@@ -64,8 +63,7 @@ void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { s
 namespace somas::model::test {
 namespace {
 
-// ---- determinism
-// ---------------------------------------------------------------------------------
+// ---- determinism --------------------------------------------------------------------------------
 
 std::vector<std::uint64_t> hashes(std::uint64_t seed, int steps,
                                   const std::vector<Founder>& founders = {{.key = 1}}) {
@@ -268,8 +266,7 @@ TEST(Determinism, PermutedRosterPermutesTheOutcomes) {
   EXPECT_GT(a[0].divisions + a[1].divisions + a[2].divisions, 20u);
 }
 
-// ---- hash
-// ----------------------------------------------------------------------------------------
+// ---- hash ---------------------------------------------------------------------------------------
 
 TEST(Hash, ChangesWithAnyColumnOfTheCells) {
   Bench bench;
@@ -343,8 +340,7 @@ TEST(Hash, ChangesWithAllElseThatTheNextStepReads) {
   EXPECT_NE(bench.simulation().hash(), before) << "rows of a table";
 }
 
-// ---- phases
-// --------------------------------------------------------------------------------------
+// ---- phases -------------------------------------------------------------------------------------
 
 TEST(Phases, FollowOneAnotherAsTheModelSays) {
   std::vector<std::string> calls;
@@ -494,8 +490,7 @@ TEST(Phases, WrongIndicesThrow) {
   EXPECT_TRUE(bench.alive(0));
 }
 
-// ---- the world as plugins see it
-// -----------------------------------------------------------------
+// ---- the world as plugins see it ----------------------------------------------------------------
 
 TEST(WorldView, KeepsWhatEnvironmentsDeclareFromStepToStep) {
   Handles h;
@@ -627,8 +622,7 @@ TEST(Inputs, CarryWhatTheCellSenses) {
   EXPECT_EQ(seen, 2);
 }
 
-// ---- control
-// -------------------------------------------------------------------------------------
+// ---- control ------------------------------------------------------------------------------------
 
 TEST(Control, GivesEachStatesBatchItsOwnLanesOnly) {
   Bench bench;
@@ -726,8 +720,7 @@ TEST(Control, WarmsTheFounderUpForTwentyFiveStepsOnItsFirstInputs) {
   }
 }
 
-// ---- failures
-// ------------------------------------------------------------------------------------
+// ---- failures -----------------------------------------------------------------------------------
 
 /// The failure of a run of three steps, if any.
 std::optional<PluginFailure> failure_of(Bench& bench) {
@@ -853,7 +846,32 @@ TEST(Run, StopsWhenAskedAndResumes) {
   EXPECT_EQ(bench.simulation().steps_done(), 10u);
 }
 
-// ---- allocations
+// ---- allocations --------------------------------------------------------------------------------
+TEST(Run, GoesOnFromWhateverCellsAreLeftByHand) {
+  // Fewer, more and other cells than mechanics knew: as if the world had begun with them.
+  Dice dice(5);
+  Bench used;
+  used.free_living();
+  std::vector<Placed> cells;
+  used.start();
+  for (const std::size_t count : {60u, 5u, 80u, 80u, 1u}) {
+    cells.clear();
+    for (std::uint64_t id = 0; id < count; ++id)
+      cells.push_back({.id = id, .x = dice.uniform(-5, 5), .y = dice.uniform(-5, 5)});
+    used.replace(cells);
+    Bench fresh;
+    fresh.free_living();
+    fresh.start_with(cells);
+    for (int step = 0; step < 4; ++step) {
+      used.steps(1);
+      fresh.steps(1);
+      ASSERT_EQ(used.cells().x, fresh.cells().x) << count;
+      ASSERT_EQ(used.cells().pressure, fresh.cells().pressure);
+      ASSERT_EQ(used.world().contacts.items, fresh.world().contacts.items);
+    }
+  }
+}
+
 // ---------------------------------------------------------------------------------
 
 TEST(Allocation, DoesNotHappenInAStepOnceWarm) {

@@ -21,8 +21,7 @@
 
 namespace somas::model::test {
 
-// ---- plugin classes
-// ------------------------------------------------------------------------------
+// ---- plugin classes -----------------------------------------------------------------------------
 
 /// A state as a test writes it; skills that are not named take their fallback.
 struct StateDef {
@@ -270,8 +269,7 @@ inline NamedEnvironment acting(std::string name, Phase phase, std::function<void
   return {std::move(name), toy};
 }
 
-// ---- the bench
-// -----------------------------------------------------------------------------------
+// ---- the bench ----------------------------------------------------------------------------------
 
 struct Founder {
   std::uint64_t key = 1;

@@ -36,5 +36,11 @@ TEST(Suggest, MakesAQuestion) {
   EXPECT_EQ(did_you_mean("zzz", keys), "");
 }
 
+TEST(Plural, CountsOneAsOne) {
+  EXPECT_EQ(plural(0, "generation"), "0 generations");
+  EXPECT_EQ(plural(1, "generation"), "1 generation");
+  EXPECT_EQ(plural(2, "generation"), "2 generations");
+}
+
 }  // namespace
 }  // namespace somas::plugins

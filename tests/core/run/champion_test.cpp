@@ -97,8 +97,62 @@ TEST_F(ChampionFile, ErrorsNameThePlace) {
 
 TEST_F(ChampionFile, AGenomeStandsAloneOrInAChampion) {
   const model::Genome& genome = champion_.individual.genome;
-  EXPECT_EQ(parse_genome(to_text(champion_, heredity_), "test", heredity_), genome);
-  EXPECT_EQ(parse_genome(to_text(genome_to_json(genome, heredity_)), "test", heredity_), genome);
+  EXPECT_EQ(parse_genome(to_text(champion_, heredity_), "test", heredity_).genome, genome);
+  EXPECT_EQ(parse_genome(to_text(genome_to_json(genome, heredity_)), "test", heredity_).genome,
+            genome);
+}
+
+TEST_F(ChampionFile, NamesTheControllerOfItsGenome) {
+  const GenomeOwners grn{.controller = {"grn", "0.1"}, .specialization = {}};
+  const GenomeOwners ctrnn{.controller = {"ctrnn", "0.1"}, .specialization = {}};
+  const std::string text = to_text(champion_, heredity_, grn);
+  EXPECT_EQ(parse_genome(text, "test", heredity_, grn).genome, champion_.individual.genome);
+  EXPECT_THAT(parse_genome(text, "test", heredity_, grn).warnings, IsEmpty());
+  const std::string expected =
+      "gen.json.genome.controller: the genome was made for the controller 'grn', version 0.1; "
+      "this experiment's controller is 'ctrnn'";
+  const auto refusal = [&](const auto& parse) -> std::string {
+    try {
+      static_cast<void>(parse(text, "gen.json", heredity_, ctrnn));
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(parse_genome), expected);
+  EXPECT_EQ(refusal(parse_champion), expected);
+}
+
+TEST_F(ChampionFile, AnotherVersionOfTheControllerIsAWarning) {
+  const std::string text =
+      to_text(champion_, heredity_, {.controller = {"grn", "0.1"}, .specialization = {}});
+  EXPECT_THAT(parse_genome(text, "gen.json", heredity_,
+                           {.controller = {"grn", "0.2"}, .specialization = {}})
+                  .warnings,
+              ElementsAre("gen.json.genome.controller: the genome was made for the controller "
+                          "'grn', version 0.1; here it is version 0.2"));
+}
+
+TEST_F(ChampionFile, AFileThatNamesNoControllerLoadsOrCausesDoubt) {
+  const GenomeOwners grn{.controller = {"grn", "0.1"}, .specialization = {}};
+  EXPECT_EQ(parse_genome(to_text(champion_, heredity_), "test", heredity_, grn).genome,
+            champion_.individual.genome);
+  try {
+    static_cast<void>(parse_genome("{\"controller\": {\"genes\": {\"weights\": []}}}", "gen.json",
+                                   heredity_, grn));
+    FAIL() << "no exception";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("; the file does not say which controller it is for: is it "
+                                        "'grn'?"));
+  }
+}
+
+TEST_F(ChampionFile, AnEditedGenomeAloneIsNoticedToo) {
+  const std::string first = std::to_string(champion_.individual.genome.controller[0]);
+  EXPECT_THAT(parse_genome(edited("\"bytes\": [" + first, "\"bytes\": [77"), "gen.json", heredity_)
+                  .warnings,
+              ElementsAre("gen.json: the genome was edited: genes and bytes disagree; the genes "
+                          "count"));
 }
 
 TEST_F(ChampionFile, RecordingsDifferFromTheFirstStepThatDoes) {

@@ -1,12 +1,20 @@
 #include "core/run/runner.hpp"
 
 #include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <fcntl.h>
+#include <poll.h>
 #include <sstream>
+#include <thread>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/ioctl.h>
 
 #include "core/run/progress.hpp"
+#include "core/run/replay.hpp"
 #include "core/run/run_directory.hpp"
 #include "tests/core/run/scratch.hpp"
 #include "tests/core/run/toy_experiment.hpp"
@@ -126,6 +134,28 @@ TEST_F(Runner, AFileInTheWayIsABadName) {
   EXPECT_THROW(run_into("a"), UsageError);
 }
 
+TEST_F(Runner, ADirectoryThatCannotBeMadeSaysWhy) {
+  const auto refusal = [](const fs::path& out) -> std::string {
+    try {
+      static_cast<void>(make_run_directory(out, "toy", 1));
+    } catch (const WriteError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  // The system itself says "no such file or directory".
+  EXPECT_EQ(refusal("/proc/x"),
+            "cannot make the directory /proc/x: no directories can be made in /proc");
+  EXPECT_EQ(refusal("/proc/x/y"),
+            "cannot make the directory /proc/x: no directories can be made in /proc");
+  const fs::path file = scratch_.path() / "file";
+  write_file(file, "a file");
+  EXPECT_EQ(refusal(file / "x"),
+            "cannot make the directory " + (file / "x").string() + ": Not a directory");
+  EXPECT_EQ(make_run_directory(scratch_.path() / "new/../other/run/", "toy", 1),
+            scratch_.path() / "new/../other/run");
+}
+
 TEST_F(Runner, DefaultDirectoriesCountUp) {
   const fs::path here = fs::current_path();
   fs::current_path(scratch_.path());
@@ -201,6 +231,14 @@ TEST_F(Runner, AFullDiskKeepsAllFinishedGenerationsAndNoHalfOne) {
 
 // ---- small things ------------------------------------------------------------------------------
 
+TEST(Replay, OneOfAThingIsNotPlural) {
+  ReplayReport report;
+  report.replayed.outcome.peak_cells = 1;
+  report.replayed.outcome.divisions = 1;
+  report.replayed.outcome.specializations = 1;
+  EXPECT_THAT(to_text(report), HasSubstr(", peak 1 cell, 1 division, 1 specialization\n"));
+}
+
 TEST(Progress, DurationsAreShort) {
   EXPECT_EQ(duration_text(0), "0s");
   EXPECT_EQ(duration_text(47.4), "47s");
@@ -227,6 +265,84 @@ TEST(Progress, ElsewhereThanOnATerminalAGenerationIsALine) {
   EXPECT_THAT(lines[0], StartsWith("generation 0 (1 of 120): best 548, median 20.5, "));
   EXPECT_THAT(lines[0],
               AllOf(HasSubstr(" evaluations/s, "), HasSubstr(" left"), Not(HasSubstr("\x1b"))));
+}
+
+constexpr Standing late{.generation = 118,
+                        .generations = 120,
+                        .done = 399,
+                        .evaluations = 400,
+                        .best = 1504,
+                        .median = 1477.5,
+                        .rate = 1234,
+                        .seconds_left = 7500};
+
+TEST(Progress, TheBarShrinksFirstThenTheWords) {
+  EXPECT_EQ(text_within(late, 130),
+            "[###################.] generation 118 (119 of 120) 399/400: best 1504, median 1477.5, "
+            "1234 evaluations/s, 2h05m left");
+  EXPECT_EQ(text_within(late, 110),
+            "[#########.] generation 118 (119 of 120) 399/400: best 1504, median 1477.5, 1234 "
+            "evaluations/s, 2h05m left");
+  EXPECT_EQ(text_within(late, 79),
+            "gen 118 (119 of 120) 399/400: best 1504, median 1477.5, 1234 eval/s, 2h05m left");
+  EXPECT_EQ(text_within(late, 77),
+            "gen 118 (119 of 120): best 1504, median 1477.5, 1234 eval/s, 2h05m left");
+  EXPECT_EQ(text_within(late, 59), "gen 118: best 1504, median 1477.5, 1234 eval/s, 2h05m left");
+  EXPECT_EQ(text_within(late, 20), "gen 118 best 1504 me");
+}
+
+TEST(Progress, FromSixtyColumnsOnNothingThatCountsIsLost) {
+  Standing large = late;
+  large.generation = 99998;
+  large.generations = 99999;
+  large.best = 123456.7;
+  large.median = 98765.4;
+  large.rate = 12345;
+  for (const Standing& standing : {late, large}) {
+    // One column of the terminal stays free.
+    for (std::size_t columns = 59; columns < 140; ++columns) {
+      const std::string text = text_within(standing, columns);
+      EXPECT_LE(text.size(), columns);
+      EXPECT_THAT(
+          text, testing::ContainsRegex("gen(eration)? [0-9]+.* best [0-9.e+]+,? median [0-9.e+]+,? "
+                                       "[0-9]+( evaluations| eval)?/s,? 2h05m left$"));
+    }
+  }
+}
+
+TEST(Progress, OnATerminalTheLineFitsItsWidth) {
+  const int master = ::posix_openpt(O_RDWR | O_NOCTTY);
+  if (master < 0 || ::grantpt(master) != 0 || ::unlockpt(master) != 0)
+    GTEST_SKIP() << "no pseudo terminals here";
+  const winsize size{.ws_row = 24, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
+  ::ioctl(master, TIOCSWINSZ, &size);
+  std::FILE* stream = std::fopen(::ptsname(master), "w");
+  ASSERT_NE(stream, nullptr);
+  ::setenv("TERM", "xterm", 1);
+  Terminal terminal(stream);
+  ASSERT_TRUE(terminal.interactive());
+  EXPECT_EQ(terminal.columns(), 79u);
+  {
+    Progress progress(terminal, 120, 400);
+    progress.begin_generation(0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    progress.end_generation({.best = 548, .median = 320.5});
+    progress.begin_generation(1);
+  }
+  // The other end arrives in pieces.
+  std::string shown;
+  pollfd readable{.fd = master, .events = POLLIN, .revents = 0};
+  while (shown.find(" left") == std::string::npos && ::poll(&readable, 1, 5000) > 0) {
+    char piece[512];
+    const auto count = ::read(master, piece, sizeof piece);
+    if (count <= 0) break;
+    shown.append(piece, static_cast<std::size_t>(count));
+  }
+  std::fclose(stream);
+  ::close(master);
+  EXPECT_THAT(shown, testing::ContainsRegex(
+                         "gen 1 \\(2 of 120\\).*: best 548, median 320.5, [0-9]+ eval/s, "
+                         "[0-9a-z]+ left"));
 }
 
 }  // namespace

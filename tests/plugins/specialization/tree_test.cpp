@@ -162,10 +162,11 @@ TEST(Tree, RefusesALoopAndShowsIt) {
 }
 
 TEST(Tree, RefusesAnUnknownSkill) {
-  EXPECT_THAT(refusal(tree({state("N"), state("D", "N"), state("S", "N", {{"prodution", 3}})})),
-              Pair("states[2].skills.prodution",
-                   "no skill is called 'prodution'; the skills are capacity, diffusion, "
-                   "production, resistance"));
+  EXPECT_THAT(
+      refusal(tree({state("N"), state("D", "N"), state("S", "N", {{"prodution", 3}})})),
+      Pair("states[2].skills.prodution",
+           "no skill is called 'prodution'; skills come from the model and the environments "
+           "in use, here capacity, diffusion, production, resistance"));
 }
 
 TEST(Tree, NamesThePlaceInTheListNotInTheOrderOfEmission) {

@@ -104,11 +104,15 @@ struct SinCos {
 
 /// Sine and cosine of x, |x| <= 1e6.
 [[nodiscard]] inline SinCos sincos(double x) {
-  // x = q pi/2 + r in three parts of pi/2 (Cody and Waite), then Taylor polynomials on |r| <= pi/4.
+  // x = q pi/2 + r, pi/2 in three parts (Cody and Waite), r as a sum r + t of two doubles; then
+  // Taylor polynomials on |r| <= pi/4, corrected by the derivative for t.
   const double q = detail::round_even(x * 0.6366197723675814);
-  double r = x - q * 0x1.921fb54400000p+0;
-  r = r - q * 0x1.0b4611a600000p-34;
-  r = r - q * 0x1.3198a2e037073p-69;
+  const double coarse = x - q * 0x1.921fb54400000p+0;
+  const double fine = q * 0x1.0b4611a600000p-34;
+  const double difference = coarse - fine;
+  const double rest = ((coarse - difference) - fine) - q * 0x1.3198a2e037073p-69;
+  const double r = difference + rest;
+  const double t = (difference - r) + rest;
   const double z = r * r;
   double s = -1.0 / 1307674368000.0;
   s = s * z + 1.0 / 6227020800.0;
@@ -117,7 +121,7 @@ struct SinCos {
   s = s * z - 1.0 / 5040.0;
   s = s * z + 1.0 / 120.0;
   s = s * z - 1.0 / 6.0;
-  const double sine = r + r * z * s;
+  const double sine = r + (r * z * s + t * (1.0 - 0.5 * z));
   double c = 1.0 / 20922789888000.0;
   c = c * z - 1.0 / 87178291200.0;
   c = c * z + 1.0 / 479001600.0;
@@ -125,7 +129,9 @@ struct SinCos {
   c = c * z + 1.0 / 40320.0;
   c = c * z - 1.0 / 720.0;
   c = c * z + 1.0 / 24.0;
-  const double cosine = 1.0 - (0.5 * z - z * z * c);
+  const double half = 0.5 * z;
+  const double lead = 1.0 - half;
+  const double cosine = lead + (((1.0 - lead) - half) + (z * z * c - r * t));
   switch (static_cast<std::int64_t>(q) & 3) {
     case 0:
       return {sine, cosine};

@@ -95,7 +95,7 @@ struct Cells {
   std::span<const double> pressure;         ///< [0, 1), after the last mechanics
   std::span<const std::uint64_t> id;        ///< unique within an organism
   std::span<const std::uint16_t> state;     ///< index into the organism's tree
-  std::span<const std::uint16_t> organism;  ///< index into the roster
+  std::span<const std::uint16_t> organism;  ///< place of its key in the roster's order of keys
   std::span<const std::uint8_t> dead;       ///< 1: dies at the end of this step
 };
 
