@@ -117,9 +117,10 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
     wait(batch, progress);
   }
 
-  if (batch.stopped) return std::nullopt;
+  // A failure that is known is told, even when a stop came after it.
   if (const std::size_t failed = batch.first_failure; failed < tasks.size())
     rethrow(batch.errors[failed], failed);
+  if (batch.stopped) return std::nullopt;
   if (progress) progress(tasks.size());
   return std::move(batch.results);
 }

@@ -35,10 +35,10 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
 template <class T>
 void Reorganiser::gather(std::vector<T>& column) {
   static_assert(sizeof(T) <= sizeof(std::uint64_t) && std::is_trivially_copyable_v<T>);
-  T* out = reinterpret_cast<T*>(scratch_.data());
-  for (std::size_t i = 0; i < source_.size(); ++i) out[i] = column[source_[i]];
+  for (std::size_t i = 0; i < source_.size(); ++i)
+    std::memcpy(scratch_.data() + i * sizeof(T), &column[source_[i]], sizeof(T));
   column.resize(source_.size());
-  std::memcpy(column.data(), out, source_.size() * sizeof(T));
+  std::memcpy(column.data(), scratch_.data(), source_.size() * sizeof(T));
 }
 
 void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
@@ -69,13 +69,13 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
   new_index_.assign(old_count, gone);
   for (std::uint32_t i = 0; i < source_.size(); ++i) new_index_[source_[i]] = i;
 
-  scratch_.resize(std::max<std::size_t>(scratch_.size(), source_.size()));
+  scratch_.resize(std::max(scratch_.size(), source_.size() * sizeof(std::uint64_t)));
   cells.each_column([&](auto& column) { gather(column); });
-  auto* floats = reinterpret_cast<float*>(scratch_.data());
   for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) {
     float* row = cells.memory.row(c);
-    for (std::size_t i = 0; i < source_.size(); ++i) floats[i] = row[source_[i]];
-    std::memcpy(row, floats, source_.size() * sizeof(float));
+    for (std::size_t i = 0; i < source_.size(); ++i)
+      std::memcpy(scratch_.data() + i * sizeof(float), row + source_[i], sizeof(float));
+    std::memcpy(row, scratch_.data(), source_.size() * sizeof(float));
   }
 
   // Ranges of equal (organism, state), and the canonical order within each organism.

@@ -119,7 +119,7 @@ class Reorganiser {
   void gather(std::vector<T>& column);
 
   std::vector<std::uint32_t> kept_, moved_, source_, merged_, new_index_;
-  std::vector<std::uint64_t> scratch_;
+  std::vector<std::byte> scratch_;
 };
 
 }  // namespace somas::model

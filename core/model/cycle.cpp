@@ -115,7 +115,7 @@ bool CycleSolver::advance(const Ecosystem& ecosystem, WorldState& world) {
     cells.action[i] = Action::none;
   }
   release(world);
-  specialize(world);
+  specialize(ecosystem, world);
   divide(ecosystem, world);
   return !specializing_.empty() || !dividing_.empty();
 }
@@ -148,7 +148,7 @@ void CycleSolver::release(WorldState& world) {
   }
 }
 
-void CycleSolver::specialize(WorldState& world) {
+void CycleSolver::specialize(const Ecosystem& ecosystem, WorldState& world) {
   CellStore& cells = world.cells;
   for (const std::uint32_t i : specializing_) {
     OrganismState& organism = world.organisms[cells.organism[i]];
@@ -159,6 +159,11 @@ void CycleSolver::specialize(WorldState& world) {
     cells.ambrosia[i] -= excess;
     organism.ledger.lost_overflow += excess;
     ++organism.outcome.specializations;
+    // Damage stays: what the old state withstood may be too much for the new one.
+    const std::vector<Hazard>& hazards = ecosystem.schema().hazards;
+    for (std::size_t h = 0; h < hazards.size(); ++h)
+      if (cells.damage[h][i] > state.skill(hazards[h].resistance_skill))
+        cells.kill(i, hazards[h].cause);
   }
 }
 

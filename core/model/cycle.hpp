@@ -33,7 +33,7 @@ class CycleSolver {
 
  private:
   void release(WorldState& world);
-  void specialize(WorldState& world);
+  void specialize(const Ecosystem& ecosystem, WorldState& world);
   void divide(const Ecosystem& ecosystem, WorldState& world);
 
   std::vector<std::uint32_t> dying_, specializing_, dividing_;

@@ -14,6 +14,8 @@ decltype(auto) guarded(const std::string& instance, const char* call, Call&& bod
     return body();
   } catch (const ParameterError& error) {
     throw WiringError(instance, error.path(), error.what());
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
     throw PluginFailure(instance, call, error.what());
   } catch (...) {
@@ -45,9 +47,9 @@ class TreeBuilder final : public TreeSink {
             "the adhesion range must be at least 1");
     require(spec.skills.size() == skills_.size(), "one value is needed for every skill");
     for (std::size_t i = 0; i < skills_.size(); ++i)
-      require(
-          spec.skills[i] >= skills_[i].spec.minimum && spec.skills[i] <= skills_[i].spec.maximum,
-          "a skill is out of its range");
+      require(std::isfinite(spec.skills[i]) && spec.skills[i] >= skills_[i].spec.minimum &&
+                  spec.skills[i] <= skills_[i].spec.maximum,
+              "a skill is out of its range");
     State state{.name = name,
                 .key = spec.key != 0 ? spec.key : stable_key(name),
                 .parent = spec.parent,
@@ -169,7 +171,11 @@ Ecosystem::Ecosystem(Config config, std::vector<NamedEnvironment> environments,
       if ((builder.phases() >> phase & 1u) != 0) acting_[phase].push_back(i);
   }
   SchemaBuilder builder(schema_, info_, "fitness");
+  const std::size_t sensors = schema_.sensors.size();
   guarded("fitness", "declare", [&] { fitness_->declare(builder); });
+  if (builder.phases() != 0 || schema_.sensors.size() != sensors)
+    throw PluginFailure("fitness", "declare",
+                        "a fitness observes: it has no phases and no sensors");
 
   // A fixed tree is grown once, here, so that its errors show at load time.
   if (specialization_->heritable() == nullptr) {
@@ -225,6 +231,7 @@ double stable_time_step(double stiffness, double adhesion, double mass, double d
 UnstableTimeStep::UnstableTimeStep(double time_step, double limit)
     : std::runtime_error("a substep of " + number(time_step) +
                          " is unstable in a packed cluster of this tree's cells; at most " +
-                         number(limit) + " is allowed (use more substeps)") {}
+                         number(limit) +
+                         " is allowed (with more substeps of less time a step stays as long)") {}
 
 }  // namespace somas::model

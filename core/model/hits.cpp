@@ -79,8 +79,9 @@ std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
   std::int32_t best = -1;
   double best_distance = 2;
   for (std::int32_t r = r0; r <= r1; ++r) {
-    const std::uint32_t begin = start_[static_cast<std::size_t>(r * columns_ + c0)];
-    const std::uint32_t end = start_[static_cast<std::size_t>(r * columns_ + c1) + 1];
+    const std::size_t row = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
+    const std::uint32_t begin = start_[row + static_cast<std::size_t>(c0)];
+    const std::uint32_t end = start_[row + static_cast<std::size_t>(c1) + 1];
     for (std::uint32_t k = begin; k < end; ++k) {
       const std::uint32_t i = items_[k];
       const double t = meeting(s, cells.x[i], cells.y[i], cells.radius[i]);

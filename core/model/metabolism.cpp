@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 namespace somas::model {
 
@@ -31,28 +32,24 @@ void MetabolismSolver::take_up(const Ecosystem& ecosystem, WorldState& world,
   CellStore& cells = world.cells;
   const std::size_t count = cells.size();
 
-  // What every cell asks for, within its room.
-  demand_.assign(resources.size() * count, 0.0);
+  // What every cell asks for of each resource, within its room.
+  demand_.resize(resources.size() * count);
+  room_.resize(count);
   for (const CellRange& range : cells.ranges) {
     const State& state = state_of(world, range);
     const OutputChannels& channels = outputs_of(world, range);
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      double total = 0;
-      for (std::size_t r = 0; r < resources.size(); ++r) {
-        const double wish =
-            share(outputs.row(channels.uptakes[r])[i]) * state.skill(resources[r].production_skill);
-        demand_[r * count + i] = wish;
-        total += wish;
-      }
-      const double room = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
-      if (total <= room) continue;
+      room_[i] = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
       for (std::size_t r = 0; r < resources.size(); ++r)
-        demand_[r * count + i] = room * (demand_[r * count + i] / total);
+        demand_[r * count + i] = std::min(
+            share(outputs.row(channels.uptakes[r])[i]) * state.skill(resources[r].production_skill),
+            room_[i]);
     }
   }
 
   // Squares that are asked for more than they hold give everything, in proportion.
   square_.resize(count);
+  squares_of_resource_.clear();
   for (std::size_t r = 0; r < resources.size(); ++r) {
     std::vector<double>& content = world.grids[resources[r].grid];
     const Grid grid{content, ecosystem.schema().grids[resources[r].grid].spec};
@@ -65,19 +62,34 @@ void MetabolismSolver::take_up(const Ecosystem& ecosystem, WorldState& world,
     for (const std::uint32_t i : cells.order)
       if (square_[i] >= 0) square_demand_[static_cast<std::size_t>(square_[i])] += demand[i];
     for (const std::uint32_t i : cells.order) {
-      if (square_[i] < 0) continue;
+      if (square_[i] < 0) {
+        demand[i] = 0;
+        continue;
+      }
       const auto square = static_cast<std::size_t>(square_[i]);
+      if (!(content[square] >= 0))
+        throw PluginFailure(ecosystem.schema().grids[resources[r].grid].owner,
+                            "step " + std::to_string(world.step),
+                            "the content of '" + resources[r].name + "' is not a number >= 0");
       const bool scarce = square_demand_[square] > content[square];
-      const double taken =
-          scarce ? demand[i] * (content[square] / square_demand_[square]) : demand[i];
+      if (scarce) demand[i] = demand[i] * (content[square] / square_demand_[square]);
+    }
+    squares_of_resource_.insert(squares_of_resource_.end(), square_.begin(), square_.end());
+  }
+
+  // What several resources yield together may exceed the room: then all are taken in proportion.
+  for (const std::uint32_t i : cells.order) {
+    double yield = 0;
+    for (std::size_t r = 0; r < resources.size(); ++r) yield += demand_[r * count + i];
+    const double part = yield > room_[i] ? room_[i] / yield : 1.0;
+    for (std::size_t r = 0; r < resources.size(); ++r) {
+      const std::int64_t square = squares_of_resource_[r * count + i];
+      if (square < 0) continue;
+      const double taken = demand_[r * count + i] * part;
+      double& content = world.grids[resources[r].grid][static_cast<std::size_t>(square)];
+      content = std::max(0.0, content - taken);
       cells.ambrosia[i] += taken;
       world.organisms[cells.organism[i]].ledger.taken += taken;
-    }
-    for (const std::uint32_t i : cells.order) {
-      if (square_[i] < 0) continue;
-      const auto square = static_cast<std::size_t>(square_[i]);
-      content[square] = std::max(0.0, content[square] - square_demand_[square]);
-      square_demand_[square] = 0;  // once per square
     }
   }
 }

@@ -18,8 +18,9 @@ class MetabolismSolver {
  public:
   void run(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
 
-  /// Uptake: demand = min(share x production, room) per resource (several resources share the room
-  /// in proportion); the demands on a square are scaled to its content.
+  /// Uptake: demand = min(share x production, room) of each resource; the demands on a square are
+  /// scaled to its content; where several resources yield more than the room, all are taken in
+  /// proportion. Throws PluginFailure for a content that is negative or no number.
   void take_up(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
   /// Conversion: min(share x ambrosia, 1 - energy), without loss.
   void convert(WorldState& world, const FloatMatrix& outputs);
@@ -33,7 +34,8 @@ class MetabolismSolver {
   std::vector<double> demand_;        // by resource, then cell
   std::vector<std::int64_t> square_;  // of the resource's grid under each cell, -1: none
   std::vector<double> square_demand_;
-  std::vector<double> offer_;            // by each cell to each of its contacts
+  std::vector<std::int64_t> squares_of_resource_;  // by resource, then cell
+  std::vector<double> offer_;                      // by each cell to each of its contacts
   std::vector<double> accepted_, gain_;  // share taken of what comes in, and how much that is
   std::vector<double> efficiency_, room_;
 };

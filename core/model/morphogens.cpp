@@ -67,7 +67,7 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   Box& box = boxes_[kind];
   std::vector<float>& now = now_[kind];
   const auto keep = static_cast<float>(1.0 - morphogen.evaporation);
-  const auto old_width = static_cast<std::ptrdiff_t>(box.right - box.left + 1);
+  const auto old_width = std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1;
   for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
     float* values = now.data() + index(box.left, row);
     for (std::ptrdiff_t i = 0; i < old_width; ++i) values[i] *= keep;
@@ -81,7 +81,7 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
     const float* middle = now.data() + index(box.left, row);
     sweep_row(middle - stride_, middle, middle + stride_, next_[kind].data() + index(box.left, row),
-              static_cast<std::ptrdiff_t>(box.right - box.left + 1), straight, diagonal);
+              std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1, straight, diagonal);
   }
   now.swap(next_[kind]);
 }
@@ -99,8 +99,9 @@ Footprint MorphogenFields::footprint(double x, double y) const {
   const auto r = static_cast<std::int32_t>(row);
 
   for (int k = 0; k < 9; ++k) {
-    const float dx = fx - static_cast<float>(k % 3 - 1);
-    const float dy = fy - static_cast<float>(k / 3 - 1);
+    const int column_offset = k % 3 - 1, row_offset = k / 3 - 1;
+    const float dx = fx - static_cast<float>(column_offset);
+    const float dy = fy - static_cast<float>(row_offset);
     print.weight[static_cast<std::size_t>(k)] = 1.0f / std::sqrt(dx * dx + dy * dy);
   }
   if (fx * fx + fy * fy < at_centre * at_centre) {

@@ -28,8 +28,15 @@ double NeighbourLists::drift(const Body& body, const Built& built) const {
   return std::sqrt(dx * dx + dy * dy) + growth;
 }
 
+bool NeighbourLists::usable(std::span<const Body> bodies) const {
+  if (!valid_ || built_.size() != bodies.size()) return false;
+  double range = 1;
+  for (const Body& body : bodies) range = std::max(range, body.range);
+  return range <= growth_reach_;
+}
+
 bool NeighbourLists::stale(std::span<const Body> bodies) const {
-  if (!valid_ || built_.size() != bodies.size()) return true;
+  if (!usable(bodies)) return true;
   // Two cells approach by at most both displacements, and their reach grows by both growths: a pair
   // is safe while both have drifted less than half the skin. A newcomer's drift is NaN.
   for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -59,10 +66,7 @@ void NeighbourLists::remap(std::span<const std::uint32_t> new_index) {
 
 void NeighbourLists::refresh(std::span<const Body> bodies, std::span<const std::uint32_t> order,
                              std::span<const std::uint32_t> rank, double skin) {
-  double range = 1;
-  for (const Body& body : bodies) range = std::max(range, body.range);
-  if (!valid_ || skin != skin_ || built_.size() != bodies.size() || range > growth_reach_)
-    return build(bodies, order, skin);
+  if (skin != skin_ || !usable(bodies)) return build(bodies, order, skin);
 
   movers_.clear();
   for (std::uint32_t i = 0; i < bodies.size(); ++i)

@@ -43,6 +43,7 @@ class NeighbourLists {
   struct Built {
     double x, y, radius;
   };
+  [[nodiscard]] bool usable(std::span<const Body> bodies) const;
   [[nodiscard]] double drift(const Body& body, const Built& built) const;
   [[nodiscard]] bool within(const Built& a, const Built& b) const;
   void erase(std::uint32_t body, std::uint32_t neighbour);

@@ -69,7 +69,7 @@ Id SchemaBuilder::skill(std::string_view name, const SkillSpec& spec) {
 Id SchemaBuilder::sensor(std::string_view name) {
   const auto& all = schema_.sensors;
   const bool of_the_model = name == "pressure" || name == "energy" || name == "ambrosia" ||
-                            name.starts_with("morphogen.");
+                            name == "specialize" || name.starts_with("morphogen.");
   if (of_the_model || std::find(all.begin(), all.end(), name) != all.end())
     clash(instance_, "a sensor", name);
   return append(schema_.sensors, std::string(name));
@@ -114,8 +114,14 @@ Id SchemaBuilder::cause(std::string_view name) {
 Id SchemaBuilder::resource(std::string_view name, Id grid, Id production_skill) {
   require_valid(instance_, "a grid", grid, schema_.grids.size());
   require_valid(instance_, "a production skill", production_skill, schema_.skills.size());
-  for (const Resource& r : schema_.resources)
+  for (const Resource& r : schema_.resources) {
     if (r.name == name) clash(instance_, "a resource", name);
+    // A state's points are what it takes up of one type a step; two types need two skills.
+    if (r.production_skill == production_skill)
+      throw std::runtime_error(instance_ + ": the skill '" + schema_.skills[production_skill].name +
+                               "' already takes up the resource '" + r.name + "'; give '" +
+                               std::string(name) + "' a production skill of its own");
+  }
   return append(schema_.resources, {std::string(name), grid, production_skill});
 }
 

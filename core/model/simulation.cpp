@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -24,6 +25,8 @@ Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> 
 
 void Simulation::found(std::span<const RosterEntry> roster) {
   if (roster.empty()) throw std::invalid_argument("a roster needs an organism");
+  if (roster.size() >= std::numeric_limits<std::uint16_t>::max())
+    throw std::invalid_argument("a roster holds at most 65534 organisms");
   const Schema& schema = ecosystem_.schema();
   const Metabolism& start = ecosystem_.config().metabolism;
 
@@ -49,7 +52,8 @@ void Simulation::found(std::span<const RosterEntry> roster) {
   CellStore& cells = state_.cells;
   cells.values.resize(schema.cell_values.size());
   cells.damage.resize(schema.hazards.size());
-  for (std::uint16_t k = 0; k < state_.organisms.size(); ++k) {
+  const auto organisms = static_cast<std::uint16_t>(state_.organisms.size());
+  for (std::uint16_t k = 0; k < organisms; ++k) {
     OrganismState& organism = state_.organisms[k];
     const State& root = organism.phenotype->tree->states[0];
     const std::uint32_t i = cells.append(memory_rows);
@@ -125,6 +129,13 @@ void Simulation::sense() {
   for (std::size_t s = 0; s < sensors; ++s)
     std::fill_n(inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s)), cells.size(), 0.0f);
   view_.act(Phase::sense);
+  for (std::size_t s = 0; s < sensors; ++s) {
+    const float* values = inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s));
+    if (!std::all_of(values, values + cells.size(), [](float v) { return std::isfinite(v); }))
+      throw PluginFailure(
+          "environments", "act(sense) at step " + std::to_string(state_.step),
+          "the sensor '" + ecosystem_.schema().sensors[s] + "' is no finite number");
+  }
 }
 
 void Simulation::control() {
@@ -134,6 +145,9 @@ void Simulation::control() {
     rows = std::max(rows,
                     static_cast<std::uint32_t>(organism.phenotype->ports->layout().outputs.size()));
   outputs_.reshape(rows, cells.size());
+  // What a controller leaves unwritten is NaN: it counts as nothing and never wins.
+  for (std::uint32_t row = 0; row < rows; ++row)
+    std::fill_n(outputs_.row(row), cells.size(), std::numeric_limits<float>::quiet_NaN());
   for (const CellRange& range : cells.ranges) {
     const Phenotype& phenotype = *state_.organisms[range.organism].phenotype;
     const Layout& layout = phenotype.ports->layout();
@@ -192,6 +206,7 @@ void Simulation::reorganise() {
 
 void Simulation::restructured() {
   mechanics_.invalidate();
+  state_.cells.ranges.clear();  // nothing is known to be in order
   reorganise();
   state_.contacts.start.assign(state_.cells.size() + 1, 0);
   state_.contacts.items.clear();
@@ -227,7 +242,9 @@ void Simulation::bury() {
         cells.ambrosia[i];
     ledger.energy_lost += cells.energy[i];
     ++organism.deaths[cells.cause[i]];
-    if (--organism.live == 0) organism.outcome.survival = state_.step;
+    if (--organism.live > 0) continue;
+    organism.outcome.survival = state_.step;
+    organism.fields = MorphogenFields(ecosystem_.config().morphogens);
   }
   if (!any) return;
   reorganiser_.run(cells, cells.dead);

@@ -676,6 +676,24 @@ TEST(Specialization, LosesExcessAmbrosiaAndKeepsDamageAndConcentrations) {
   EXPECT_EQ(bench.cells().damage[handles->hazard][bench.at(0)], 1.5);
 }
 
+TEST(Specialization, KillsACellThatAbsorbedMoreThanItsNewStateWithstands) {
+  for (const double absorbed : {2.0, 2.5}) {
+    CycleBench bench;
+    auto handles = std::make_shared<Handles>();
+    bench.environments = {hazard("fire", handles, [](World&) {})};
+    bench.states[0].skills = {{"capacity", 10}, {"resistance", 5}};
+    bench.states.push_back(
+        {.name = "child", .parent = 0, .skills = {{"capacity", 10}, {"resistance", 2}}});
+    bench.wish[0] = {{"specialize.child", 1}};
+    bench.start_with({{.id = 0, .ambrosia = 8}});
+    bench.cells().damage[handles->hazard][bench.at(0)] = absorbed;
+    bench.steps(9);
+    EXPECT_EQ(bench.cells().size(), 1u);
+    bench.steps(1);
+    EXPECT_EQ(bench.cells().size(), absorbed > 2 ? 0u : 1u) << absorbed;
+  }
+}
+
 TEST(Specialization, SwitchesTheInputsToThoseOfTheNewState) {
   CycleBench bench;
   bench.states.push_back({.name = "child", .parent = 0, .skills = {{"capacity", 4}}});

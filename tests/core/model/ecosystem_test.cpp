@@ -119,6 +119,17 @@ TEST(Declarations, ModelsOwnInputsAreTaken) {
     EXPECT_TRUE(complaint([=](Declare& d) { (void)d.sensor(name); })) << name;
 }
 
+TEST(Declarations, ResourcesNeedAProductionSkillEach) {
+  const auto food = [](const char* name) {
+    return [=](Declare& d) {
+      (void)d.resource(name, d.grid("g", {.columns = 1, .rows = 1}), d.skill("production", {}));
+    };
+  };
+  const auto said = complaint(food("sweet"), food("sour"));
+  ASSERT_TRUE(said);
+  EXPECT_THAT(*said, HasSubstr("'production' already takes up the resource 'sweet'"));
+}
+
 TEST(Declarations, OwnNamesClashWithinAnEnvironmentOnly) {
   const std::array<std::string_view, 1> columns{"x"};
   const std::map<std::string, std::function<void(Declare&)>> own{

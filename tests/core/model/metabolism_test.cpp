@@ -202,10 +202,19 @@ TEST(Uptake, OfSeveralResourcesGoesByEachOnesProduction) {
 }
 
 TEST(Uptake, OfSeveralResourcesSharesTheRoomInProportion) {
-  TwoFoods bench(100, 100, 2);  // wishes 3 and 1, room 2
-  EXPECT_NEAR(100 - bench.left(*bench.sweet), 1.5, 1e-12);
-  EXPECT_NEAR(100 - bench.left(*bench.sour), 0.5, 1e-12);
+  // Shares of 3 and 1 with room for 2: each demand alone is at most the room, so 2 and 1; together
+  // they are taken in proportion, 4/3 and 2/3.
+  TwoFoods bench(100, 100, 2);
+  EXPECT_NEAR(100 - bench.left(*bench.sweet), 4.0 / 3, 1e-12);
+  EXPECT_NEAR(100 - bench.left(*bench.sour), 2.0 / 3, 1e-12);
   EXPECT_NEAR(bench.cells().ambrosia[0], 2, 1e-12);
+}
+
+TEST(Uptake, OfAnEmptyResourceLeavesTheRoomToAFullOne) {
+  TwoFoods bench(0, 100, 1);
+  EXPECT_EQ(bench.left(*bench.sweet), 0);
+  EXPECT_NEAR(100 - bench.left(*bench.sour), 1, 1e-12);
+  EXPECT_NEAR(bench.cells().ambrosia[0], 1, 1e-12);
 }
 
 // ---- conversion ---------------------------------------------------------------------------------

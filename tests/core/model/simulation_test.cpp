@@ -765,6 +765,24 @@ TEST(Failure, InBeginNamesIt) {
   EXPECT_NE(std::string(failure->what()).find("no fuel"), std::string::npos);
 }
 
+TEST(Failure, OfASensorThatIsNoNumberIsTold) {
+  auto toy = std::make_shared<ToyEnvironment>();
+  auto sensor = std::make_shared<Id>();
+  toy->on_declare = [=](Declare& d) {
+    d.acts_in(Phase::sense);
+    *sensor = d.sensor("light");
+  };
+  toy->on_act = [=](Phase, World& w) {
+    if (w.step() == 2) w.sensor(*sensor)[0] = std::numeric_limits<float>::quiet_NaN();
+  };
+  Bench bench;
+  bench.environments = {{"lamp", toy}};
+  const auto failure = failure_of(bench);
+  ASSERT_TRUE(failure);
+  EXPECT_EQ(failure->call(), "act(sense) at step 2");
+  EXPECT_NE(std::string(failure->what()).find("'light'"), std::string::npos);
+}
+
 TEST(Failure, OfSomethingThatIsNoExceptionIsNamedToo) {
   Bench bench;
   bench.environments = {acting("rogue", Phase::fields, [](World&) { throw 42; })};

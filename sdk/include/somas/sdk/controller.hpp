@@ -12,7 +12,7 @@ namespace somas {
 /// in: Layout::input_channels rows; out: one row per Layout::outputs; memory: memory_per_cell rows.
 struct Batch {
   std::uint32_t count = 0;
-  std::uint16_t organism = 0;
+  std::uint16_t organism = 0;  ///< place of its key in the roster's order of keys
   std::uint16_t state = 0;
   Matrix<const float> in;
   Matrix<float> memory;  ///< host-owned, zero at the founder's birth, copied at division
