@@ -1,6 +1,7 @@
 #include "core/evolution/heredity.hpp"
 
 #include <exception>
+#include <new>
 #include <utility>
 
 namespace somas::evolution {
@@ -16,6 +17,8 @@ auto guarded(const char* part, const char* name, const Call& call) {
     return call();
   } catch (const model::PluginFailure&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
     throw model::PluginFailure(part, name, error.what());
   } catch (...) {

@@ -1,6 +1,7 @@
 #include "core/experiment/loader.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "core/experiment/overlay.hpp"
 #include "core/experiment/reader.hpp"
@@ -25,6 +26,21 @@ bool is_name(const std::string& text) {
            c == '-';
   };
   return !text.empty() && text[0] != '-' && std::all_of(text.begin(), text.end(), allowed);
+}
+
+/// The first node below `node` that has the text as its key or value.
+const Node* says(const Node& node, const std::string& text) {
+  for (const Node& item : node.items) {
+    if (item.key == text || (item.kind == Node::Kind::scalar && item.text == text)) return &item;
+    if (const Node* found = says(item, text)) return found;
+  }
+  return nullptr;
+}
+
+std::string printable(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+  return text;
 }
 
 }  // namespace
@@ -83,9 +99,15 @@ void Loader::check_core() {
     if (field.key == "name" && root_.find("name") == nullptr) field.text = file_.stem().string();
   values_ = core_values(core_);
   const Node* name = root_.find("name");
-  if (name != nullptr && name->kind == Node::Kind::scalar &&
-      (name->text.empty() || name->text.find('/') != std::string::npos))
-    problems_.add(name->position, "name", "a name must not be empty or contain '/'");
+  if (name == nullptr) {
+    const std::string fault = fault_in_name(values_.name);
+    if (!fault.empty())
+      problems_.add({file_.string(), 0, 0}, "name",
+                    fault + " (left out, it is the file's without its extension; give one)");
+  } else if (name->kind == Node::Kind::scalar) {
+    const std::string fault = fault_in_name(name->text);
+    if (!fault.empty()) problems_.add(name->position, "name", fault);
+  }
   if (values_.world.morphogens.size % 2 == 0)
     problems_.add(nearest(root_, "world.morphogens.size").position, "world.morphogens.size",
                   std::to_string(values_.world.morphogens.size) +
@@ -233,6 +255,8 @@ std::shared_ptr<Interface> Loader::create(const Block& block) const {
     return block.plugin.create<Interface>(block.parameters);
   } catch (const ParameterError& error) {
     blame(block.instance, error.path(), error.what());
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
     blame(block.instance, "",
           "the plugin '" + block.plugin.id() + "' cannot be created: " + error.what());
@@ -263,6 +287,24 @@ void Loader::wire() {
   } catch (const model::UnstableTimeStep& error) {
     const std::string key = "world.mechanics.time_step";
     throw InputError(nearest(root_, key).key_position, key + ": " + error.what());
+  }
+  check_states();
+}
+
+// Names of states become columns and keys. Only the tree's plugin knows where in its block one
+// stands: it is looked for.
+void Loader::check_states() const {
+  if (ecosystem_->fixed_tree() == nullptr) return;
+  const Block& tree = block("specialization");
+  for (const model::State& state : ecosystem_->fixed_tree()->states) {
+    const auto allowed = [](char c) { return c == '.' || is_name(std::string("a") + c); };
+    if (std::all_of(state.name.begin(), state.name.end(), allowed)) continue;
+    const Node* place = says(*tree.node, state.name);
+    const bool is_key = place != nullptr && place->key == state.name;
+    const Node& blamed = place != nullptr ? *place : *tree.node;
+    throw InputError(is_key ? blamed.key_position : blamed.position,
+                     tree.path + ": the state '" + printable(state.name) +
+                         "': a name has letters, digits, '_', '-' and '.' only");
   }
 }
 

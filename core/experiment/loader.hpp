@@ -43,6 +43,7 @@ class Loader {
   void find_plugins();
   void check_blocks();
   void wire();
+  void check_states() const;
   [[nodiscard]] std::string resolved() const;
   [[nodiscard]] PluginUse plugin_of(const std::string& instance) const;
   [[nodiscard]] std::vector<Experiment::Library> libraries() const;

@@ -197,6 +197,9 @@ void apply_override(Node& root, const std::string& text) {
   const std::vector<std::string> segments = path_segments(assignment.path);
   if (std::any_of(segments.begin(), segments.end(), [](const auto& s) { return s.empty(); }))
     throw InputError(position, assignment.path + ": a part of the path is empty");
+  if (segments[0] == "extends")
+    throw InputError(position,
+                     "extends: cannot be set here; write it into a file, and run that one");
   Node value = parse_value(assignment.value, assignment.origin);
 
   if (names_plugin(segments)) clear_for_plugin(root, segments, value.text);

@@ -237,11 +237,11 @@ std::string read_text(const std::filesystem::path& file) {
   if (!std::filesystem::exists(status)) throw InputError(whole, "no such file");
   if (std::filesystem::is_directory(status))
     throw InputError(whole, "a directory, not an experiment file");
-  if (std::filesystem::is_regular_file(status) &&
-      std::filesystem::file_size(file, error) > largest_file)
+  if (!std::filesystem::is_regular_file(status)) throw InputError(whole, "not a regular file");
+  if (std::filesystem::file_size(file, error) > largest_file)
     throw InputError(whole, "larger than 1 MiB: not an experiment file");
 
-  // A pipe has no size: read at most what is allowed, and one more to notice.
+  // It may still grow: read at most what is allowed, and one more to notice.
   std::ifstream stream(file, std::ios::binary);
   std::string text(largest_file + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -251,6 +251,26 @@ std::string read_text(const std::filesystem::path& file) {
     throw InputError(whole, "larger than 1 MiB: not an experiment file");
   check_characters(text, file.string());
   return text;
+}
+
+std::string fault_in_name(const std::string& text) {
+  constexpr std::size_t longest = 100;
+  if (text.empty() || text.find('/') != std::string::npos)
+    return "a name must not be empty or contain '/'";
+  if (text.size() > longest)
+    return "a name of " + std::to_string(text.size()) + " bytes; allowed: at most " +
+           std::to_string(longest);
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = sequence_length(text, i);
+    if (length == 0) return "a name must be UTF-8 text; byte " + std::to_string(i + 1) + " is none";
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const bool c1 = byte == 0xC2 && static_cast<unsigned char>(text[i + 1]) < 0xA0;
+    if (byte < 0x20 || byte == 0x7F || c1)
+      return "a name must not contain control characters; byte " + std::to_string(i + 1) +
+             " is one";
+    i += length;
+  }
+  return {};
 }
 
 Node parse_yaml(const std::string& text, const std::string& origin) {

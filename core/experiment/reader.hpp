@@ -11,8 +11,12 @@ namespace somas::experiment {
 inline constexpr std::size_t largest_file = 1 << 20;  ///< bytes
 inline constexpr std::size_t deepest_nesting = 64;
 
-/// The bytes of a file of YAML. Throws InputError: missing, a directory, too large, not UTF-8 text.
+/// The bytes of a file of YAML. Throws InputError: missing, no regular file, too large, not UTF-8
+/// text.
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
+
+/// What is wrong with an experiment's name; empty: nothing.
+[[nodiscard]] std::string fault_in_name(const std::string& text);
 
 /// Parses one YAML document. `origin` names it in messages. Beyond YAML's own rules it refuses
 /// duplicate and non-text keys, anchors, aliases, tags, merge keys, several documents, and nesting

@@ -2,8 +2,12 @@
 #include "core/host/command_line.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <sstream>
 
 #include <CLI/CLI.hpp>
 
@@ -52,6 +56,19 @@ struct Options {
   std::optional<std::uint64_t> seed, generations;
 };
 
+/// Checks digits before they become a number, and complains in the user's own words.
+std::function<std::string(const std::string&)> whole_number(std::uint64_t least,
+                                                            std::uint64_t most) {
+  return [least, most](const std::string& text) -> std::string {
+    std::uint64_t value = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, value);
+    if (parsed.ec == std::errc{} && parsed.ptr == end && value >= least && value <= most) return {};
+    return "'" + text + "' is not a whole number from " + std::to_string(least) + " to " +
+           std::to_string(most);
+  };
+}
+
 void add_overrides(CLI::App& app, std::vector<std::string>& overrides) {
   app.add_option("--set", overrides, "Replace a value of the experiment; may be repeated")
       ->type_name("PATH.TO.KEY=VALUE")
@@ -74,10 +91,12 @@ void add_run(CLI::App& parser, Options& options) {
   add_file(app, run.file);
   add_overrides(app, run.overrides);
   app.add_option("--seed", options.seed, "Seed of the run (the same as --set seed=N)")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(whole_number(0, INT64_MAX));
   app.add_option("--generations", options.generations,
                  "Number of generations (the same as --set evolution.generations=N)")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000'000));
   app.add_option("--out", run.out, "Run directory, absent or empty; default runs/NAME-seedSEED")
       ->type_name("DIR");
   app.add_option("--genome", run.genomes,
@@ -88,7 +107,7 @@ void add_run(CLI::App& parser, Options& options) {
   app.add_option("--threads", run.threads,
                  "Threads that evaluate; default: one per processor. Never changes results")
       ->type_name("N")
-      ->check(CLI::Range(1u, 4096u).description(""));
+      ->check(whole_number(1, 4096));
   app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, run.plugin_path);
 }
@@ -128,7 +147,8 @@ void add_replay(CLI::App& parser, Options& options) {
       "would have happened if, unchecked");
   app.add_option("RUN", replay.run, "A run directory")->type_name("")->required();
   app.add_option("--generation", replay.generation, "Whose champion; default: the last")
-      ->type_name("N");
+      ->type_name("N")
+      ->check(whole_number(0, UINT64_MAX));
   add_overrides(app, replay.overrides);
   app.add_flag("--anatomy", replay.anatomy,
                "Say who lies outside whom, against shuffled states, and what cells died of");
@@ -185,7 +205,9 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
     // Help and version come this way, too.
     if (error.get_exit_code() != 0)
       throw run::UsageError(std::string(error.what()) + "; run with --help for more information");
-    parser.exit(error);
+    std::ostringstream text;
+    parser.exit(error, text, text);
+    print(text.str());
     return Done{exit_ok};
   }
   return chosen(parser, options);

@@ -4,6 +4,7 @@
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/describe.hpp"
 #include "core/plugins/suggest.hpp"
+#include "core/plugins/values.hpp"
 #include "core/run/errors.hpp"
 
 namespace somas::host {
@@ -18,8 +19,8 @@ std::string summary_of(const experiment::Experiment& experiment) {
   text += "  evolution: " + plural(settings.generations, "generation") + " of " +
           std::to_string(settings.population) + ", " + plural(settings.trials, "trial") + "\n";
 
-  text += "  world: radius " + std::to_string(static_cast<long>(ecosystem.config().radius)) +
-          ", at most " + plural(ecosystem.config().max_steps, "step") + ", " +
+  text += "  world: radius " + plugins::format_number(ecosystem.config().radius) + ", at most " +
+          plural(ecosystem.config().max_steps, "step") + ", " +
           plural(ecosystem.config().morphogens.kinds.size(), "morphogen") + "\n";
   text += "  environments:";
   for (const model::NamedEnvironment& environment : ecosystem.environments())

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <string>
 #include <variant>
 #include <vector>
@@ -46,6 +47,8 @@ int guarded_main(const std::vector<std::string>& arguments, run::Terminal& termi
     return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const run::WriteError& error) {
     return complain(terminal, error.what(), exit_cannot_write);
+  } catch (const std::bad_alloc&) {
+    return complain(terminal, "not enough memory for this experiment", exit_internal_error);
   } catch (const std::exception& error) {
     return complain(terminal, std::string("internal error: ") + error.what(), exit_internal_error);
   } catch (...) {

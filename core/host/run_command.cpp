@@ -4,6 +4,7 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/suggest.hpp"
+#include "core/run/errors.hpp"
 #include "core/run/runner.hpp"
 #include "core/run/signals.hpp"
 
@@ -42,9 +43,17 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   options.command_line = command.command_line;
   const run::RunReport report = run::run(experiment, options, terminal, signals.token());
 
-  if (!command.quiet) print(ending_of(report, experiment.evolution.generations));
+  const int signal = report.stopped ? run::SignalGuard::received() : 0;
+  const std::string ending = ending_of(report, experiment.evolution.generations);
+  try {
+    if (!command.quiet) print(ending);
+  } catch (const run::WriteError&) {
+    // The terminal that hung up cannot show it.
+    if (signal != SIGHUP) throw;
+  }
   if (!report.stopped) return exit_ok;
-  return run::SignalGuard::received() == SIGTERM ? exit_terminated : exit_interrupted;
+  if (signal == SIGHUP) return exit_hung_up;
+  return signal == SIGTERM ? exit_terminated : exit_interrupted;
 }
 
 }  // namespace somas::host

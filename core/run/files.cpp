@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -86,6 +87,34 @@ int rename_over(const std::filesystem::path& from, const std::filesystem::path& 
   return ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
 }
 
+/// Nothing there, at the end of all links: absent.
+std::optional<struct stat> status_of(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0) return status;
+  if (errno != ENOENT) throw WriteError(path, errno);
+  return std::nullopt;
+}
+
+/// The standard output or error, where `path` is what they lead to; else -1. A rename would part
+/// the two.
+int standard_stream(const struct stat& file) {
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) {
+    struct stat status {};
+    if (::fstat(stream, &status) == 0 && status.st_dev == file.st_dev &&
+        status.st_ino == file.st_ino)
+      return stream;
+  }
+  return -1;
+}
+
+/// Devices and pipes.
+void write_straight(const std::filesystem::path& path, std::string_view content) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC));
+  int error = file.get() < 0 ? errno : write_all(file.get(), content);
+  if (error == 0) error = file.close();
+  if (error != 0) throw WriteError(path, error);
+}
+
 void write_and_rename(const std::filesystem::path& path, std::string_view content,
                       int (*put)(const std::filesystem::path&, const std::filesystem::path&)) {
   const std::filesystem::path temporary = temporary_beside(path);
@@ -109,6 +138,49 @@ void write_file(const std::filesystem::path& path, std::string_view content) {
   write_and_rename(path, content, rename_over);
 }
 
+std::filesystem::path target_of(const std::filesystem::path& path) {
+  // Not weakly_canonical alone: it stops at a link to a file that is absent.
+  std::filesystem::path target = std::filesystem::absolute(path);
+  std::error_code error;
+  for (int links = 0; links < 40 && std::filesystem::is_symlink(target, error); ++links) {
+    const std::filesystem::path next = std::filesystem::read_symlink(target, error);
+    if (error) break;
+    target = target.parent_path() / next;
+  }
+  const std::filesystem::path resolved = std::filesystem::weakly_canonical(target, error);
+  return error ? target : resolved;
+}
+
+void write_output(const std::filesystem::path& path, std::string_view content) {
+  const std::optional<struct stat> status = status_of(path);
+  if (status) {
+    if (S_ISDIR(status->st_mode)) throw WriteError(path, EISDIR);
+    if (const int stream = standard_stream(*status); stream >= 0) {
+      std::fflush(stdout);
+      if (const int error = write_all(stream, content)) throw WriteError(path, error);
+      return;
+    }
+    // Never a block device: nobody means to overwrite a disk.
+    if (S_ISBLK(status->st_mode)) throw WriteError(path, EINVAL);
+    if (!S_ISREG(status->st_mode) || status->st_nlink == 0) return write_straight(path, content);
+  }
+  write_file(target_of(path), content);
+}
+
+void check_output(const std::filesystem::path& path) {
+  const std::optional<struct stat> status = status_of(path);
+  if (status && S_ISDIR(status->st_mode)) throw WriteError(path, EISDIR);
+  if (status && S_ISBLK(status->st_mode)) throw WriteError(path, EINVAL);
+  if (status && standard_stream(*status) >= 0) return;
+  if (status && ::access(path.c_str(), W_OK) != 0) throw WriteError(path, errno);
+  if (status && !S_ISREG(status->st_mode)) return;
+  if (!path.has_filename()) throw WriteError(path, EISDIR);
+  const std::filesystem::path temporary = temporary_beside(target_of(path));
+  const int error = write_new(temporary, "");
+  ::unlink(temporary.c_str());
+  if (error != 0) throw WriteError(path, error);
+}
+
 void create_file(const std::filesystem::path& path, std::string_view content) {
   write_and_rename(path, content, rename_to_new);
 }
@@ -123,6 +195,19 @@ std::string read_file(const std::filesystem::path& path) {
   std::string content{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) throw UsageError("cannot read " + path.string() + ": " + reason(errno));
   return content;
+}
+
+std::string read_regular_file(const std::filesystem::path& path, std::uint64_t limit) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status) || std::filesystem::is_directory(status))
+    return read_file(path);  // which says why not
+  if (!std::filesystem::is_regular_file(status))
+    throw UsageError("cannot read " + path.string() + ": not a regular file");
+  if (std::filesystem::file_size(path, error) > limit)
+    throw UsageError("cannot read " + path.string() + ": larger than " +
+                     std::to_string(limit >> 20) + " MiB");
+  return read_file(path);
 }
 
 std::string hash_of_file(const std::filesystem::path& path) {

@@ -14,11 +14,25 @@ namespace somas::run {
 /// WriteError; then `path` is as it was and no temporary file is left.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
+/// Writes where the user says: a regular or absent file as write_file does, at the end of symbolic
+/// links; a device, a pipe or what the standard output already is, straight. Throws WriteError.
+void write_output(const std::filesystem::path& path, std::string_view content);
+
+/// Whether write_output could write there, as far as that can be told; touches nothing that is
+/// there. Throws WriteError.
+void check_output(const std::filesystem::path& path);
+
+/// The file at the end of the symbolic links of `path`, absolute; it may be absent.
+[[nodiscard]] std::filesystem::path target_of(const std::filesystem::path& path);
+
 /// As write_file, but refuses (WriteError, EEXIST) to replace a file.
 void create_file(const std::filesystem::path& path, std::string_view content);
 
 /// The whole file. Throws UsageError, saying why, if it cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
+
+/// The same of a regular file of at most `limit` bytes; others are refused unopened.
+[[nodiscard]] std::string read_regular_file(const std::filesystem::path& path, std::uint64_t limit);
 
 /// XXH3-128 of a file's bytes, as 32 hexadecimal digits. Throws UsageError.
 [[nodiscard]] std::string hash_of_file(const std::filesystem::path& path);

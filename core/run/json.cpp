@@ -135,7 +135,11 @@ Json parse_json(std::string_view text, const std::string& origin) {
     const auto line = 1 + std::count(before.begin(), before.end(), '\n');
     throw UsageError(origin + ":" + std::to_string(line) + ": not valid JSON");
   } catch (const nlohmann::json::exception& error) {
-    throw UsageError(origin + ": " + error.what());
+    // "[json.exception.out_of_range.406] number overflow ...": the library's own name for it.
+    const std::string what = error.what();
+    const std::size_t end = what.starts_with('[') ? what.find("] ") : std::string::npos;
+    throw UsageError(origin +
+                     ": not valid JSON: " + what.substr(end == std::string::npos ? 0 : end + 2));
   }
 }
 

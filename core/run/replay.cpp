@@ -55,22 +55,53 @@ std::string step_text(const Recording& recording, std::size_t step) {
   return "hash " + hex64(recording.hashes[step]) + ", cells " + cells_at(recording, step);
 }
 
-std::vector<std::string> differences(const Recording& recorded, const Recording& replayed) {
+std::string number_text(bool value) { return value ? "true" : "false"; }
+std::string number_text(std::uint64_t value) { return std::to_string(value); }
+std::string number_text(std::uint32_t value) { return std::to_string(value); }
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+// A file that was renamed, or pasted together, is no record of its generation.
+void check_identity(const Champion& champion, std::uint64_t generation,
+                    const std::filesystem::path& run, const std::string& origin) {
+  if (champion.generation != generation)
+    throw UsageError(origin + ".generation: " + std::to_string(champion.generation) +
+                     " in the file, " + std::to_string(generation) + " in its name");
+  const std::optional<std::uint64_t> id = champion_id(run, generation);
+  if (id && *id != champion.individual.id)
+    throw UsageError(origin + ".id: " + std::to_string(champion.individual.id) +
+                     " in the file, but generations.csv says that individual " +
+                     std::to_string(*id) + " is the champion");
+}
+
+std::vector<std::string> differences(const Champion& champion, const Recording& replayed) {
+  const Recording& recorded = champion.recording;
   std::vector<std::string> found;
   if (recorded.states != replayed.states) found.emplace_back("the states of cells are others");
   if (const auto step = first_difference(recorded, replayed))
     found.push_back("first differing step " + std::to_string(*step) + ": recorded " +
                     step_text(recorded, *step) + "; replayed " + step_text(replayed, *step));
   const Outcome &then = recorded.outcome, &now = replayed.outcome;
-  if (then.survival != now.survival || then.censored != now.censored)
-    found.push_back("survival: recorded " + std::to_string(then.survival) + ", replayed " +
-                    std::to_string(now.survival));
-  if (recorded.score != replayed.score) {
-    char text[96];
-    std::snprintf(text, sizeof text, "fitness: recorded %.17g, replayed %.17g", recorded.score,
-                  replayed.score);
-    found.emplace_back(text);
-  }
+  const auto compare = [&](const char* field, auto was, auto is) {
+    if (was == is) return;
+    found.push_back(std::string(field) + ": recorded " + number_text(was) + ", replayed " +
+                    number_text(is));
+  };
+  compare("survival", then.survival, now.survival);
+  compare("censored", then.censored, now.censored);
+  compare("score", recorded.score, replayed.score);
+  // The first of the trials is the one that is replayed.
+  if (!champion.individual.trials.empty())
+    compare("trials[0]", champion.individual.trials.front(), replayed.score);
+  compare("divisions", then.divisions, now.divisions);
+  compare("specializations", then.specializations, now.specializations);
+  compare("refused_divisions", then.refused_divisions, now.refused_divisions);
+  compare("final_cells", then.final_cells, now.final_cells);
+  compare("peak_cells", then.peak_cells, now.peak_cells);
+  compare("cell_steps", then.cell_steps, now.cell_steps);
   return found;
 }
 
@@ -110,13 +141,14 @@ ReplayReport replay(const ReplayOptions& options) {
   const experiment::Experiment experiment = load_resolved(options, report);
   const evolution::Heredity heredity(*experiment.ecosystem);
   report.recorded = parse_champion(read_file(file), file.string(), heredity, owners_of(experiment));
+  check_identity(report.recorded, generation, options.run, file.string());
   if (!report.recorded.genes_match_bytes) report.warnings.push_back(edited_warning(file.string()));
   make_fit(report.recorded, heredity, report, file.string());
 
   report.replayed = *record(*experiment.ecosystem, report.recorded.individual.genome,
                             report.recorded.seed, {}, options.observer);
   if (!report.what_if) {
-    report.differences = differences(report.recorded.recording, report.replayed);
+    report.differences = differences(report.recorded, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())
       report.differences.emplace_back("the genome was edited, though its life is the same");
   }

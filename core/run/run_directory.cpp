@@ -1,13 +1,15 @@
 #include "core/run/run_directory.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
+#include <sstream>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <sys/stat.h>
 
@@ -114,30 +116,36 @@ void make_parents(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(parent, error)) return;
   make_parents(parent);
-  if (!make_directory(parent) && !fs::is_directory(parent, error)) cannot_make(path, ENOTDIR);
+  if (!make_directory(parent) && !fs::is_directory(parent, error))
+    throw UsageError("cannot make the directory " + path.string() + ": " + parent.string() +
+                     " is no directory");
 }
 
 // An experiment's name as part of a file name.
 std::string file_name_of(const std::string& name) {
   std::string safe;
   for (const char c : name) {
-    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' ||
-                       (c == '.' && !safe.empty());
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain = byte > 0x1F && byte != 0x7F && c != '/' && (c != '.' || !safe.empty());
     safe += plain ? c : '_';
   }
   return safe.empty() ? "run" : safe;
 }
 
+[[noreturn]] void refuse_earlier_run(const fs::path& directory) {
+  throw UsageError("directory " + directory.string() +
+                   " is not empty: an earlier run is never overwritten; name another --out");
+}
+
 fs::path make_given_directory(const fs::path& given) {
+  if (given.empty()) throw UsageError("--out: the name of the directory is empty");
   // "runs/a/" names the same directory as "runs/a".
   fs::path out = given.has_filename() ? given : given.parent_path();
   make_parents(out);
   if (make_directory(out)) return out;
   std::error_code error;
   if (!fs::is_directory(out, error)) throw UsageError(out.string() + " exists and is no directory");
-  if (!fs::is_empty(out, error) || error)
-    throw UsageError("directory " + out.string() +
-                     " is not empty: an earlier run is never overwritten; name another --out");
+  if (!fs::is_empty(out, error) || error) refuse_earlier_run(out);
   return out;
 }
 
@@ -167,6 +175,31 @@ std::uint64_t last_generation(const fs::path& run) {
   return *last;
 }
 
+std::optional<std::uint64_t> champion_id(const fs::path& run, std::uint64_t generation) {
+  const auto fields_of = [](const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream in(line);
+    for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+    return fields;
+  };
+  std::ifstream in(run / "generations.csv");
+  std::string line;
+  if (!std::getline(in, line)) return std::nullopt;
+  const std::vector<std::string> names = fields_of(line);
+  const auto column = static_cast<std::size_t>(
+      std::find(names.begin(), names.end(), "champion_id") - names.begin());
+  const std::string number = std::to_string(generation);
+  while (std::getline(in, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    if (column >= fields.size() || fields[0] != number) continue;
+    const std::string& text = fields[column];
+    std::uint64_t id = 0;
+    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
+    if (parsed.ec == std::errc{} && parsed.ptr == text.data() + text.size()) return id;
+  }
+  return std::nullopt;
+}
+
 fs::path make_run_directory(const std::optional<fs::path>& out, const std::string& name,
                             std::uint64_t seed) {
   if (out) return make_given_directory(*out);
@@ -182,7 +215,13 @@ fs::path make_run_directory(const std::optional<fs::path>& out, const std::strin
 RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experiment,
                            const Json& manifest, std::span<const GivenGenome> genomes)
     : path_(std::move(path)), owners_(owners_of(experiment)) {
-  create_file(path_ / "experiment.yaml", experiment.original_yaml);
+  try {
+    create_file(path_ / "experiment.yaml", experiment.original_yaml);
+  } catch (const WriteError& error) {
+    // Another run that started at the same moment was faster.
+    if (error.error() == EEXIST) refuse_earlier_run(path_);
+    throw;
+  }
   create_file(path_ / "resolved.yaml", experiment.resolved_yaml);
   create_file(path_ / "manifest.json", to_text(manifest));
   make_directory(path_ / "champions");

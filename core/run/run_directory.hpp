@@ -50,6 +50,10 @@ struct Timing {
 /// The greatest generation with a champion in `run`. Throws UsageError if there is none.
 [[nodiscard]] std::uint64_t last_generation(const std::filesystem::path& run);
 
+/// The champion's id that generations.csv has for a generation; nothing if it has none.
+[[nodiscard]] std::optional<std::uint64_t> champion_id(const std::filesystem::path& run,
+                                                       std::uint64_t generation);
+
 /// Makes the directory of a new run: `out`, which must be absent or empty (UsageError), or
 /// runs/NAME-seedSEED, with -2, -3, ... as often as it takes. Throws WriteError.
 [[nodiscard]] std::filesystem::path make_run_directory(

@@ -15,10 +15,13 @@ namespace {
 using plugins::plural;
 using Clock = std::chrono::steady_clock;
 
+constexpr std::uint64_t largest_genome = std::uint64_t{64} << 20;  // bytes
+
 std::vector<GivenGenome> read_genomes(const std::vector<std::filesystem::path>& files) {
   std::vector<GivenGenome> genomes;
   genomes.reserve(files.size());
-  for (const std::filesystem::path& file : files) genomes.push_back({file, read_file(file)});
+  for (const std::filesystem::path& file : files)
+    genomes.push_back({file, read_regular_file(file, largest_genome)});
   return genomes;
 }
 
@@ -61,17 +64,21 @@ class Run {
   }
 
   RunReport all_generations() {
-    summarize("running");
     try {
-      for (std::uint64_t number = 0; number < settings_.generations; ++number)
+      summarize("running");
+      for (std::uint64_t number = 0; number < settings_.generations; ++number) {
         if (!generation(number)) {
           report_.stopped = true;
           break;
         }
-    } catch (const WriteError&) {
-      throw;
+        if (number + 1 < settings_.generations) summarize("running");
+      }
     } catch (...) {
-      summarize("failed");
+      // A disk that is full may have room for this; the first failure is the one to tell.
+      try {
+        summarize("failed");
+      } catch (const WriteError&) {
+      }
       throw;
     }
     summarize(report_.stopped ? "stopped" : "complete");

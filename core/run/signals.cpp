@@ -31,6 +31,8 @@ SignalGuard::SignalGuard() {
   const int flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
   install(SIGINT, remember_signal, flags, interrupt_);
   install(SIGTERM, remember_signal, flags, terminate_);
+  install(SIGHUP, remember_signal, flags, hang_up_);
+  if (hang_up_.sa_handler == SIG_IGN) ::sigaction(SIGHUP, &hang_up_, nullptr);
   install(SIGPIPE, SIG_IGN, 0, pipe_);
   install(SIGXFSZ, SIG_IGN, 0, size_);
 }
@@ -38,6 +40,7 @@ SignalGuard::SignalGuard() {
 SignalGuard::~SignalGuard() {
   ::sigaction(SIGINT, &interrupt_, nullptr);
   ::sigaction(SIGTERM, &terminate_, nullptr);
+  ::sigaction(SIGHUP, &hang_up_, nullptr);
   ::sigaction(SIGPIPE, &pipe_, nullptr);
   ::sigaction(SIGXFSZ, &size_, nullptr);
 }

@@ -1,8 +1,10 @@
 // The host from end to end, on toy plugins.
 #include <algorithm>
+#include <cstdlib>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "core/run/json.hpp"
 #include "tests/core/host/host_process.hpp"
@@ -142,6 +144,19 @@ TEST_F(Host, TermEndsAsCtrlCDoesWithItsOwnCode) {
   EXPECT_EQ(host({"replay", "a"}), 0) << err_;
 }
 
+TEST_F(Host, AHangUpEndsAsCtrlCDoesWithItsOwnCode) {
+  EXPECT_EQ(signalled(SIGHUP), 129);
+  EXPECT_THAT(text("a/summary.json"), HasSubstr("\"status\": \"stopped\""));
+}
+
+TEST_F(Host, AKilledRunHasASummaryOfItsGenerations) {
+  EXPECT_EQ(signalled(SIGKILL), 1000 + SIGKILL);
+  const run::Json summary = run::parse_json(text("a/summary.json"), "summary");
+  EXPECT_EQ(summary["status"], "running");
+  EXPECT_GE(summary["generations"].get<std::size_t>() + 1, generations_in("a"));
+  EXPECT_TRUE(summary.contains("best"));
+}
+
 // ---- bad input ---------------------------------------------------------------------------------
 
 TEST_F(Host, AnUnknownKeyIsNamedWithItsPlace) {
@@ -172,6 +187,34 @@ TEST_F(Host, BadCommandLinesAreBadInput) {
   EXPECT_EQ(host({"toy.yaml", "--genome", "toy.yaml"}), 2);
   EXPECT_THAT(err_, HasSubstr("toy.yaml:1: not valid JSON"));
   EXPECT_EQ(host({"replay", "nowhere"}), 2);
+  EXPECT_FALSE(fs::exists(path("runs")));
+}
+
+TEST_F(Host, NumbersAreRefusedInTheUsersWords) {
+  for (const char* option : {"--seed", "--generations", "--threads"})
+    for (const char* number : {"-1", "99999999999999999999", "1.5"}) {
+      EXPECT_EQ(host({"toy.yaml", option, number}), 2);
+      EXPECT_THAT(err_, StartsWith("somas-host: " + std::string(option) + ": '" + number + "' is"));
+    }
+  EXPECT_EQ(host({"replay", "a", "--generation", "-1"}), 2);
+  EXPECT_THAT(err_, StartsWith("somas-host: --generation: '-1' is"));
+}
+
+TEST_F(Host, OddFilesAndNamesAreBadInput) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0666), 0);
+  EXPECT_EQ(host({"pipe"}), 2);
+  EXPECT_EQ(host({"./pipe"}), 2);
+  EXPECT_THAT(err_, HasSubstr("not a regular file"));
+  EXPECT_EQ(host({"toy.yaml", "--genome", "pipe"}), 2);
+  EXPECT_THAT(err_, HasSubstr("not a regular file"));
+  EXPECT_EQ(host({"toy.yaml", "--out", ""}), 2);
+  EXPECT_EQ(host({"toy.yaml", "--out", "toy.yaml/x"}), 2);
+  EXPECT_EQ(host({"toy.yaml", "--set", "extends=other.yaml"}), 2);
+  EXPECT_THAT(err_, HasSubstr("cannot be set here"));
+  EXPECT_EQ(host({"toy.yaml", "--set", "name=\"a\\nb\""}), 2);
+  EXPECT_THAT(err_, HasSubstr("control characters; byte 2"));
+  EXPECT_EQ(host({"toy.yaml", "--set", "name=" + std::string(101, 'n')}), 2);
+  EXPECT_THAT(err_, HasSubstr("at most 100"));
   EXPECT_FALSE(fs::exists(path("runs")));
 }
 
@@ -226,6 +269,8 @@ TEST_F(Host, HelpListsTheExitCodes) {
   EXPECT_THAT(out_, AllOf(HasSubstr("replay"), HasSubstr("130"), HasSubstr("143")));
   EXPECT_EQ(host({"--version"}), 0);
   EXPECT_THAT(out_, MatchesRegex("somas-host [0-9.]+\n"));
+  const int status = std::system(SOMAS_BINARY_DIR "/bin/somas-host --help >&- 2>&-");
+  EXPECT_EQ(WEXITSTATUS(status), 5);
 }
 
 // ---- a full disk -------------------------------------------------------------------------------
@@ -236,6 +281,9 @@ TEST_F(Host, AFullDiskNamesTheFileAndKeepsFinishedGenerations) {
   const std::size_t generations = generations_in("a");
   EXPECT_GT(generations, 0u);
   EXPECT_LT(generations, 1000u);
+  const run::Json summary = run::parse_json(text("a/summary.json"), "summary");
+  EXPECT_EQ(summary["generations"], generations);
+  EXPECT_EQ(summary["status"], "failed");
   EXPECT_EQ(host({"replay", "a"}), 0) << err_;
 }
 
@@ -306,6 +354,60 @@ TEST_F(Host, ReplayFindsThePluginsOfTheRun) {
   EXPECT_EQ(host({"replay", "a"}), 0) << err_;
 }
 
+TEST_F(Host, AReplayNeverOverwritesItsRun) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  const std::string before = text("a/generations.csv");
+  fs::create_symlink("a/summary.json", path("link"));
+  for (const char* file : {"a/generations.csv", "link", "a/champions/gen-0000.json",
+                           "a/../a/genomes/x", "a/resolved.yaml"}) {
+    EXPECT_EQ(host({"replay", "a", "--csv", file}), 2) << file;
+    EXPECT_THAT(err_, HasSubstr("belongs to the run"));
+    EXPECT_EQ(host({"replay", "a", "--anatomy-csv", file}), 2) << file;
+  }
+  EXPECT_EQ(text("a/generations.csv"), before);
+  EXPECT_EQ(host({"replay", "a/", "--csv", "a/summary.json"}), 2);
+  EXPECT_EQ(host({"replay", "a", "--csv", "x.csv", "--anatomy-csv", "./x.csv"}), 2);
+  EXPECT_THAT(err_, HasSubstr("name the same file: x.csv"));
+  EXPECT_EQ(host({"replay", "a", "--csv", "none/x.csv"}), 5);
+  EXPECT_THAT(out_, IsEmpty());
+  EXPECT_EQ(host({"replay", "a", "--csv", "a/mine.csv"}), 0) << err_;
+}
+
+TEST_F(Host, ReplayWritesIntoTheStandardOutput) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  // Here a file; a rename would leave the report in another one.
+  ASSERT_EQ(host({"replay", "a", "--csv", "/proc/self/fd/1"}), 0) << err_;
+  EXPECT_THAT(out_, AllOf(HasSubstr("reproduced: "), HasSubstr("\nstep,feeder,shield,cells,")));
+}
+
+TEST_F(Host, EveryNumberOfTheRecordIsCompared) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  const fs::path file = path("a/champions/gen-0002.json");
+  const run::Json whole = run::parse_json(read_file(file), "champion");
+  for (const char* field : {"survival", "score", "divisions", "specializations",
+                            "refused_divisions", "final_cells", "peak_cells", "cell_steps"}) {
+    run::Json champion = whole;
+    run::Json& number = champion["replay"][field];
+    if (number.is_number_float())
+      number = number.get<double>() + 1;
+    else
+      number = number.get<std::uint64_t>() + 1;
+    write_file(file, run::to_text(champion));
+    EXPECT_EQ(host({"replay", "a"}), 4) << field;
+    EXPECT_THAT(out_, HasSubstr("\n  " + std::string(field) + ": recorded "));
+  }
+  run::Json champion = whole;
+  champion["generation"] = 1;
+  write_file(file, run::to_text(champion));
+  EXPECT_EQ(host({"replay", "a"}), 2);
+  EXPECT_THAT(err_, HasSubstr("gen-0002.json.generation: 1 in the file, 2 in its name"));
+  champion = whole;
+  champion["id"] = champion["id"].get<std::uint64_t>() + 1;
+  write_file(file, run::to_text(champion));
+  EXPECT_EQ(host({"replay", "a"}), 2);
+  EXPECT_THAT(err_, HasSubstr("gen-0002.json.id: "));
+}
+
 // ---- looking -----------------------------------------------------------------------------------
 
 TEST_F(Host, ValidateSummarisesAndWritesNothing) {
@@ -314,6 +416,11 @@ TEST_F(Host, ValidateSummarisesAndWritesNothing) {
   EXPECT_FALSE(fs::exists(path("runs")));
   EXPECT_EQ(host({"validate", "toy.yaml", "--resolved"}), 0) << err_;
   EXPECT_THAT(out_, HasSubstr("hazard_start: 20"));
+}
+
+TEST_F(Host, ValidateDoesNotRoundTheRadius) {
+  EXPECT_EQ(host({"validate", "toy.yaml", "--set", "world.radius=30.75"}), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("radius 30.75,"));
 }
 
 TEST_F(Host, PluginsAndDescribeLookIntoTheGivenDirectory) {

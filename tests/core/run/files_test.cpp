@@ -1,9 +1,12 @@
 #include "core/run/files.hpp"
 
 #include <cerrno>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/core/run/scratch.hpp"
 
@@ -53,6 +56,45 @@ TEST_F(Files, AFullDiskKeepsWhatWasThereAndSaysWhich) {
   }
   EXPECT_EQ(read_file(file()), "before");
   EXPECT_THAT(Scratch::names_in(scratch_.path()), ElementsAre("file"));
+}
+
+TEST_F(Files, OutputFollowsLinksAndKeepsThem) {
+  const std::filesystem::path link = scratch_.path() / "link";
+  std::filesystem::create_symlink("file", link);
+  write_output(link, "absent");
+  EXPECT_EQ(read_file(file()), "absent");
+  check_output(link);
+  write_output(link, "there");
+  EXPECT_EQ(read_file(file()), "there");
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_THAT(Scratch::names_in(scratch_.path()), ElementsAre("file", "link"));
+}
+
+TEST_F(Files, OutputGoesStraightIntoAPipe) {
+  ASSERT_EQ(::mkfifo(file().c_str(), 0666), 0);
+  std::filesystem::create_symlink("file", scratch_.path() / "link");
+  check_output(scratch_.path() / "link");
+  const int reader = ::open(file().c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  write_output(scratch_.path() / "link", "through");
+  char text[16] = {};
+  EXPECT_EQ(::read(reader, text, sizeof text), 7);
+  ::close(reader);
+  EXPECT_STREQ(text, "through");
+  EXPECT_TRUE(std::filesystem::is_fifo(file()));
+  EXPECT_THAT(Scratch::names_in(scratch_.path()), ElementsAre("file", "link"));
+  EXPECT_THROW(static_cast<void>(read_regular_file(file(), 100)), UsageError);
+}
+
+TEST_F(Files, OutputIsCheckedWithoutTouchingWhatIsThere) {
+  write_file(file(), "before");
+  check_output(file());
+  EXPECT_EQ(read_file(file()), "before");
+  check_output(scratch_.path() / "new");
+  EXPECT_THAT(Scratch::names_in(scratch_.path()), ElementsAre("file"));
+  EXPECT_THROW(check_output(scratch_.path()), WriteError);
+  EXPECT_THROW(check_output(scratch_.path() / "none" / "x"), WriteError);
+  EXPECT_THROW(static_cast<void>(read_regular_file(file(), 5)), UsageError);
 }
 
 TEST_F(Files, ADirectoryThatIsMissingIsAWriteError) {

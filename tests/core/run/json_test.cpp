@@ -99,6 +99,16 @@ TEST(Json, BrokenTextNamesTheLine) {
   }
 }
 
+TEST(Json, ComplaintsAreNotTheLibrarys) {
+  try {
+    static_cast<void>(parse_json("{\"a\": 1e999}", "file.json"));
+    FAIL() << "no exception";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("file.json: not valid JSON: number overflow"));
+    EXPECT_THAT(error.what(), testing::Not(HasSubstr("json.exception")));
+  }
+}
+
 TEST(Json, LongListsFillLines) {
   Json json;
   for (int i = 0; i < 200; ++i) json["list"].push_back(i);

@@ -124,6 +124,17 @@ TEST_F(Runner, NeverTouchesAnEarlierRun) {
   EXPECT_EQ(text_of("a/generations.csv"), before);
 }
 
+TEST_F(Runner, TheSlowerOfTwoThatStartAtOnceIsRefused) {
+  const fs::path out = make_run_directory(scratch_.path() / "a", "toy", 1);
+  const RunDirectory first(out, experiment_, Json::object(), {});
+  try {
+    const RunDirectory second(out, experiment_, Json::object(), {});
+    FAIL() << "no exception";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is not empty: an earlier run is never overwritten"));
+  }
+}
+
 TEST_F(Runner, AnEmptyDirectoryIsTaken) {
   fs::create_directory(scratch_.path() / "a");
   EXPECT_EQ(run_into("a").generations, 4u);
@@ -150,8 +161,9 @@ TEST_F(Runner, ADirectoryThatCannotBeMadeSaysWhy) {
             "cannot make the directory /proc/x: no directories can be made in /proc");
   const fs::path file = scratch_.path() / "file";
   write_file(file, "a file");
-  EXPECT_EQ(refusal(file / "x"),
-            "cannot make the directory " + (file / "x").string() + ": Not a directory");
+  EXPECT_THROW(static_cast<void>(make_run_directory(file / "x", "toy", 1)), UsageError);
+  EXPECT_THROW(static_cast<void>(make_run_directory(file / "x/y", "toy", 1)), UsageError);
+  EXPECT_THROW(static_cast<void>(make_run_directory("", "toy", 1)), UsageError);
   EXPECT_EQ(make_run_directory(scratch_.path() / "new/../other/run/", "toy", 1),
             scratch_.path() / "new/../other/run");
 }
@@ -163,6 +175,7 @@ TEST_F(Runner, DefaultDirectoriesCountUp) {
   EXPECT_EQ(make_run_directory({}, "toy", 3), fs::path("runs/toy-seed3-2"));
   EXPECT_EQ(make_run_directory({}, "toy", 3), fs::path("runs/toy-seed3-3"));
   EXPECT_EQ(make_run_directory({}, "../x/y", 3), fs::path("runs/_._x_y-seed3"));
+  EXPECT_EQ(make_run_directory({}, "Käfer + 2\n", 3), fs::path("runs/Käfer + 2_-seed3"));
   fs::current_path(here);
 }
 
