@@ -66,7 +66,10 @@ void HitFinder::prepare(const CellStore& cells) {
 std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
   const double x_low = std::min(s.x0, s.x1), x_high = std::max(s.x0, s.x1);
   const double y_low = std::min(s.y0, s.y1), y_high = std::max(s.y0, s.y1);
-  if (!(x_high >= left_ && x_low <= right_ && y_high >= bottom_ && y_low <= top_)) return -1;
+  // Bitwise: one hard-to-predict branch instead of four.
+  const bool overlaps = static_cast<int>(x_high >= left_) & static_cast<int>(x_low <= right_) &
+                        static_cast<int>(y_high >= bottom_) & static_cast<int>(y_low <= top_);
+  if (!overlaps) return -1;
 
   // Only discs whose centre lies within the widest radius of the path's bounds can be met.
   const auto clip = [](double v, std::int32_t last) {
@@ -76,6 +79,7 @@ std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
   const std::int32_t c1 = clip((x_high + widest_ - left_) / side_, columns_ - 1);
   const std::int32_t r0 = clip((y_low - widest_ - bottom_) / side_, rows_ - 1);
   const std::int32_t r1 = clip((y_high + widest_ - bottom_) / side_, rows_ - 1);
+  const double length = (x_high - x_low) + (y_high - y_low);  // at least the path's
   std::int32_t best = -1;
   double best_distance = 2;
   for (std::int32_t r = r0; r <= r1; ++r) {
@@ -84,6 +88,10 @@ std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
     const std::uint32_t end = start_[row + static_cast<std::size_t>(c1) + 1];
     for (std::uint32_t k = begin; k < end; ++k) {
       const std::uint32_t i = items_[k];
+      // Most candidates are too far off to be met at all.
+      const double fx = s.x0 - cells.x[i], fy = s.y0 - cells.y[i];
+      const double reach = length + cells.radius[i];
+      if (fx * fx + fy * fy > reach * reach) continue;
       const double t = meeting(s, cells.x[i], cells.y[i], cells.radius[i]);
       if (t < 0 || t > best_distance) continue;
       if (t == best_distance && cells.rank[i] > cells.rank[static_cast<std::size_t>(best)])

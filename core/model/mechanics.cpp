@@ -30,6 +30,7 @@ std::pair<double, double> arbitrary_direction(const WorldState& world, std::uint
 
 /// Four doubles that the compiler keeps in one register where there is one so wide.
 using Four = double __attribute__((vector_size(32)));
+using Mask = std::int64_t __attribute__((vector_size(32)));
 
 /// Springs and dampers between one cell and a block of its neighbours, as they act on that cell.
 /// Pairs are worked out four at a time and summed by the caller one after another, so the order of
@@ -47,7 +48,7 @@ class PairBlock {
   /// Precondition: 1 to `capacity` neighbours.
   void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
     const std::size_t last = neighbours.size() - 1;
-    bool together = false;
+    Mask together{};
     for (std::size_t k = 0; k <= last; k += 4) {
       // The last group repeats its last pair, which nobody reads twice.
       const std::array<std::uint32_t, 4> four{neighbours[k], neighbours[std::min(k + 1, last)],
@@ -55,7 +56,7 @@ class PairBlock {
                                               neighbours[std::min(k + 3, last)]};
       together |= interact(i, four, k / 4);
     }
-    if (together) separate(i, neighbours);
+    if ((together[0] | together[1] | together[2] | together[3]) != 0) separate(i, neighbours);
   }
 
   [[nodiscard]] bool kin(std::uint32_t i, std::uint32_t j) const {
@@ -63,13 +64,15 @@ class PairBlock {
   }
   [[nodiscard]] bool near(std::size_t k) const { return gap_[k / 4][k % 4] > 0; }
   [[nodiscard]] double collision(std::size_t k) const { return collision_[k / 4][k % 4]; }
-  [[nodiscard]] double total(std::size_t k) const { return near(k) ? total_[k / 4][k % 4] : 0.0; }
+  /// Force on the cell; 0 out of reach.
+  [[nodiscard]] double fx(std::size_t k) const { return fx_[k / 4][k % 4]; }
+  [[nodiscard]] double fy(std::size_t k) const { return fy_[k / 4][k % 4]; }
   [[nodiscard]] double nx(std::size_t k) const { return nx_[k / 4][k % 4]; }
   [[nodiscard]] double ny(std::size_t k) const { return ny_[k / 4][k % 4]; }
 
  private:
-  /// Works out group `g`; whether any of its pairs is at the very same place.
-  bool interact(std::uint32_t i, const std::array<std::uint32_t, 4>& four, std::size_t g) {
+  /// Works out group `g`; not 0 where a pair is at the very same place.
+  Mask interact(std::uint32_t i, const std::array<std::uint32_t, 4>& four, std::size_t g) {
     const Body& a = bodies_[i];
     const Body &b0 = bodies_[four[0]], &b1 = bodies_[four[1]], &b2 = bodies_[four[2]],
                &b3 = bodies_[four[3]];
@@ -105,8 +108,10 @@ class PairBlock {
     nx_[g] = nx;
     ny_[g] = ny;
     collision_[g] = collision;
-    total_[g] = collision - pull - damping_ * approach;
-    return std::min({distance[0], distance[1], distance[2], distance[3]}) <= coincident;
+    const Four total = gap_[g] > 0 ? collision - pull - damping_ * approach : Four{};
+    fx_[g] = total * nx;
+    fy_[g] = total * ny;
+    return distance <= coincident;
   }
 
   void separate(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
@@ -122,7 +127,9 @@ class PairBlock {
       const double approach = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny;
       nx_[k / 4][k % 4] = nx;
       ny_[k / 4][k % 4] = ny;
-      total_[k / 4][k % 4] = collision_[k / 4][k % 4] - pull - damping_ * approach;
+      const double total = collision_[k / 4][k % 4] - pull - damping_ * approach;
+      fx_[k / 4][k % 4] = total * nx;
+      fy_[k / 4][k % 4] = total * ny;
     }
   }
 
@@ -130,7 +137,7 @@ class PairBlock {
   std::span<const Body> bodies_;
   double damping_;
   bool one_organism_;
-  std::array<Four, capacity / 4> gap_, nx_, ny_, collision_, total_;
+  std::array<Four, capacity / 4> gap_, nx_, ny_, collision_, fx_, fy_;
 };
 
 /// Calls visit(block, first) for all neighbours of a cell, a block at a time, in order.
@@ -214,8 +221,8 @@ void MechanicsSolver::substep(const Mechanics& constants, const WorldState& worl
     double fy = external_y_[i] - constants.drag * body.vy;
     for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
       for (std::size_t k = 0; k < part.size(); ++k) {
-        fx += block.total(k) * block.nx(k);
-        fy += block.total(k) * block.ny(k);
+        fx += block.fx(k);
+        fy += block.fy(k);
       }
     });
     fx_[i] = fx;
