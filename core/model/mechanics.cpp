@@ -43,7 +43,8 @@ class PairBlock {
       : world_(world),
         bodies_(bodies),
         damping_(damping),
-        one_organism_(world.organisms.size() == 1) {}
+        one_organism_(world.organisms.size() == 1),
+        uniform_(alike(bodies)) {}
 
   /// Precondition: 1 to `capacity` neighbours.
   void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
@@ -85,10 +86,13 @@ class PairBlock {
     const Four nx = dx * inverse, ny = dy * inverse;
 
     const Four radii = a.radius + Four{b0.radius, b1.radius, b2.radius, b3.radius};
-    const Four range = 0.5 * (a.range + Four{b0.range, b1.range, b2.range, b3.range});
-    const Four stiffness =
-        0.5 * (a.stiffness + Four{b0.stiffness, b1.stiffness, b2.stiffness, b3.stiffness});
-    Four adhesion = 0.5 * (a.adhesion + Four{b0.adhesion, b1.adhesion, b2.adhesion, b3.adhesion});
+    Four range = a.range + Four{}, stiffness = a.stiffness + Four{}, adhesion = a.adhesion + Four{};
+    if (!uniform_) {
+      range = 0.5 * (a.range + Four{b0.range, b1.range, b2.range, b3.range});
+      stiffness =
+          0.5 * (a.stiffness + Four{b0.stiffness, b1.stiffness, b2.stiffness, b3.stiffness});
+      adhesion = 0.5 * (a.adhesion + Four{b0.adhesion, b1.adhesion, b2.adhesion, b3.adhesion});
+    }
     Four reach = range * radii;
     if (!one_organism_) {
       // Strangers collide but do not adhere.
@@ -133,10 +137,19 @@ class PairBlock {
     }
   }
 
+  static bool alike(std::span<const Body> bodies) {
+    return std::all_of(bodies.begin(), bodies.end(), [&](const Body& b) {
+      const Body& first = bodies.front();
+      return b.stiffness == first.stiffness && b.adhesion == first.adhesion &&
+             b.range == first.range;
+    });
+  }
+
   const WorldState& world_;
   std::span<const Body> bodies_;
   double damping_;
   bool one_organism_;
+  bool uniform_;  ///< every mean of two cells' springs is the value of either, exactly
   std::array<Four, capacity / 4> gap_, nx_, ny_, collision_, fx_, fy_;
 };
 

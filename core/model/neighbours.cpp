@@ -106,8 +106,16 @@ bool NeighbourLists::mend(std::uint32_t body, std::span<const Body> bodies,
   counts_[body] = 0;
   built_[body] = {bodies[body].x, bodies[body].y, bodies[body].radius};
   // The others stand where they stood when they were listed: that is what drifts are measured from.
+  // Most are far off: collect the rest without branching on each.
+  found_.resize(std::max(found_.size(), order.size()));
+  std::size_t found = 0;
   for (const std::uint32_t j : order) {
-    if (j == body || !within(built_[body], built_[j])) continue;
+    found_[found] = j;
+    found += within(built_[body], built_[j]) ? 1 : 0;
+  }
+  for (std::size_t f = 0; f < found; ++f) {
+    const std::uint32_t j = found_[f];
+    if (j == body) continue;
     if (counts_[body] == capacity_ || !insert(j, body, rank)) return false;
     slots_[body * capacity_ + counts_[body]++] = j;
   }
