@@ -70,14 +70,11 @@ void neighbour_build(benchmark::State& state) {
     Body body(cells_of(state));
     const model::CellStore& cells = body.state().cells;
     std::vector<model::Body> bodies;
-    for (std::uint32_t i = 0; i < cells.size(); ++i) {
-      const model::State& kind = body.state().state_of(i);
-      bodies.push_back({cells.x[i], cells.y[i], cells.vx[i], cells.vy[i], cells.radius[i],
-                        kind.stiffness, kind.adhesion, kind.adhesion_range});
-    }
-    model::NeighbourLists lists;
+    for (const std::uint32_t i : cells.order)
+      bodies.push_back({cells.x[i], cells.y[i], cells.vx[i], cells.vy[i], cells.radius[i], 1, 0});
+    model::NeighbourPairs pairs;
     for (auto _ : state) {
-      lists.build(bodies, cells.order, 0.25);
+      pairs.build(bodies, 1.2, 0.25);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());

@@ -33,23 +33,60 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
 }
 
 template <class T>
-void Reorganiser::gather(std::vector<T>& column) {
+void Reorganiser::gather(T* column) {
   static_assert(sizeof(T) <= sizeof(std::uint64_t) && std::is_trivially_copyable_v<T>);
-  for (std::size_t i = 0; i < source_.size(); ++i)
+  const std::size_t count = source_.size();
+  if (only_removals_) {
+    // Everybody moves towards the front: in place, front to back.
+    for (std::size_t i = first_moved_; i < count; ++i) column[i] = column[source_[i]];
+    return;
+  }
+  for (std::size_t i = first_moved_; i < count; ++i)
     std::memcpy(scratch_.data() + i * sizeof(T), &column[source_[i]], sizeof(T));
-  column.resize(source_.size());
-  std::memcpy(column.data(), scratch_.data(), source_.size() * sizeof(T));
+  std::memcpy(column + first_moved_, scratch_.data() + first_moved_ * sizeof(T),
+              (count - first_moved_) * sizeof(T));
 }
 
 void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
   const std::uint32_t old_count = cells.size();
+  const bool ordered = !cells.ranges.empty();
+  sort(cells, remove);
+  new_index_.assign(old_count, gone);
+  for (std::uint32_t i = 0; i < source_.size(); ++i) new_index_[source_[i]] = i;
+  if (ordered)
+    follow_order(cells);
+  else
+    sort_order(cells);
+
+  first_moved_ = 0;
+  while (first_moved_ < source_.size() && source_[first_moved_] == first_moved_) ++first_moved_;
+  scratch_.resize(std::max(scratch_.size(), source_.size() * sizeof(std::uint64_t)));
+  cells.each_column([&](auto& column) {
+    gather(column.data());
+    column.resize(source_.size());
+  });
+  for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) gather(cells.memory.row(c));
+
+  cells.ranges.clear();
+  for (std::uint32_t i = 0; i < cells.size(); ++i) {
+    if (cells.ranges.empty() || cells.ranges.back().organism != cells.organism[i] ||
+        cells.ranges.back().state != cells.state[i])
+      cells.ranges.push_back({cells.organism[i], cells.state[i], i, i});
+    cells.ranges.back().end = i + 1;
+  }
+  cells.order.swap(next_order_);
+  cells.rank.resize(cells.size());
+  for (std::uint32_t k = 0; k < cells.size(); ++k) cells.rank[cells.order[k]] = k;
+}
+
+void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> remove) {
   const auto key = [&](std::uint32_t i) {
     return std::tuple(cells.organism[i], cells.state[i], cells.id[i]);
   };
   const auto before = [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); };
 
   // Survivors still of their range's state stand in order; the others (newborn, specialized) are
-  // sorted and merged in.
+  // few: they are sorted and put between.
   kept_.clear();
   moved_.clear();
   std::uint32_t ranged = 0;
@@ -60,51 +97,46 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
     }
     ranged = range.end;
   }
-  for (std::uint32_t i = ranged; i < old_count; ++i)
+  for (std::uint32_t i = ranged; i < cells.size(); ++i)
     if (remove.empty() || remove[i] == 0) moved_.push_back(i);
   std::sort(moved_.begin(), moved_.end(), before);
-  source_.resize(kept_.size() + moved_.size());
-  std::merge(kept_.begin(), kept_.end(), moved_.begin(), moved_.end(), source_.begin(), before);
-
-  new_index_.assign(old_count, gone);
-  for (std::uint32_t i = 0; i < source_.size(); ++i) new_index_[source_[i]] = i;
-
-  scratch_.resize(std::max(scratch_.size(), source_.size() * sizeof(std::uint64_t)));
-  cells.each_column([&](auto& column) { gather(column); });
-  for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) {
-    float* row = cells.memory.row(c);
-    for (std::size_t i = 0; i < source_.size(); ++i)
-      std::memcpy(scratch_.data() + i * sizeof(float), row + source_[i], sizeof(float));
-    std::memcpy(row, scratch_.data(), source_.size() * sizeof(float));
+  source_.clear();
+  auto from = kept_.begin();
+  for (const std::uint32_t i : moved_) {
+    const auto to = std::lower_bound(from, kept_.end(), i, before);
+    source_.insert(source_.end(), from, to);
+    source_.push_back(i);
+    from = to;
   }
+  source_.insert(source_.end(), from, kept_.end());
+  only_removals_ = moved_.empty();
+}
 
-  // Ranges of equal (organism, state), and the canonical order within each organism.
-  const std::uint32_t count = cells.size();
-  cells.ranges.clear();
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (cells.ranges.empty() || cells.ranges.back().organism != cells.organism[i] ||
-        cells.ranges.back().state != cells.state[i])
-      cells.ranges.push_back({cells.organism[i], cells.state[i], i, i});
-    cells.ranges.back().end = i + 1;
-  }
-  cells.order.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) cells.order[i] = i;
-  const auto canonical = [&](std::uint32_t a, std::uint32_t b) {
+void Reorganiser::follow_order(const CellStore& cells) {
+  // Whoever was there keeps the order; the newborn have the highest ids of their organism.
+  newborn_.clear();
+  for (std::uint32_t i = static_cast<std::uint32_t>(cells.order.size()); i < cells.size(); ++i)
+    if (new_index_[i] != gone) newborn_.push_back(i);
+  std::sort(newborn_.begin(), newborn_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::tuple(cells.organism[a], cells.id[a]) < std::tuple(cells.organism[b], cells.id[b]);
-  };
-  for (std::size_t r = 1; r < cells.ranges.size(); ++r) {
-    // Ranges of an organism are sorted by id already: merge each into those before it.
-    if (cells.ranges[r].organism != cells.ranges[r - 1].organism) continue;
-    std::size_t first = r;
-    while (first > 0 && cells.ranges[first - 1].organism == cells.ranges[r].organism) --first;
-    const auto at = [&](std::uint32_t i) { return cells.order.begin() + i; };
-    merged_.resize(cells.ranges[r].end - cells.ranges[first].begin);
-    std::merge(at(cells.ranges[first].begin), at(cells.ranges[r].begin), at(cells.ranges[r].begin),
-               at(cells.ranges[r].end), merged_.begin(), canonical);
-    std::copy(merged_.begin(), merged_.end(), at(cells.ranges[first].begin));
+  });
+  next_order_.clear();
+  auto newborn = newborn_.begin();
+  for (const std::uint32_t i : cells.order) {
+    for (; newborn != newborn_.end() && cells.organism[*newborn] < cells.organism[i]; ++newborn)
+      next_order_.push_back(new_index_[*newborn]);
+    if (new_index_[i] != gone) next_order_.push_back(new_index_[i]);
   }
-  cells.rank.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) cells.rank[cells.order[i]] = i;
+  for (; newborn != newborn_.end(); ++newborn) next_order_.push_back(new_index_[*newborn]);
+}
+
+void Reorganiser::sort_order(const CellStore& cells) {
+  std::vector<std::uint32_t> canonical = source_;
+  std::sort(canonical.begin(), canonical.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(cells.organism[a], cells.id[a]) < std::tuple(cells.organism[b], cells.id[b]);
+  });
+  next_order_.clear();
+  for (const std::uint32_t i : canonical) next_order_.push_back(new_index_[i]);
 }
 
 }  // namespace somas::model

@@ -115,10 +115,17 @@ class Reorganiser {
   [[nodiscard]] std::span<const std::uint32_t> new_index() const { return new_index_; }
 
  private:
+  void sort(const CellStore& cells, std::span<const std::uint8_t> remove);
+  void follow_order(const CellStore& cells);
+  void sort_order(const CellStore& cells);
   template <class T>
-  void gather(std::vector<T>& column);
+  void gather(T* column);
 
-  std::vector<std::uint32_t> kept_, moved_, source_, merged_, new_index_;
+  std::vector<std::uint32_t> kept_, moved_, newborn_;
+  std::vector<std::uint32_t> source_, new_index_;  ///< old index of each new one, and back
+  std::vector<std::uint32_t> next_order_;
+  std::size_t first_moved_ = 0;  ///< cells before it stay in place
+  bool only_removals_ = false;
   std::vector<std::byte> scratch_;
 };
 

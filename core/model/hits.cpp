@@ -63,14 +63,34 @@ void HitFinder::prepare(const CellStore& cells) {
   start_[0] = 0;
 }
 
-std::int32_t HitFinder::first(const CellStore& cells, const Segment& s) const {
+bool HitFinder::overlaps(const Segment& s) const {
+  // Bitwise: the compiler need not branch on each.
+  return (static_cast<int>(std::max(s.x0, s.x1) >= left_) &
+          static_cast<int>(std::min(s.x0, s.x1) <= right_) &
+          static_cast<int>(std::max(s.y0, s.y1) >= bottom_) &
+          static_cast<int>(std::min(s.y0, s.y1) <= top_)) != 0;
+}
+
+void HitFinder::first(const CellStore& cells, std::span<const Segment> segments,
+                      std::span<std::int32_t> hits) {
+  // Most are far from all cells: collect the others without branching on each.
+  near_.resize(std::max(near_.size(), segments.size()));
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    hits[i] = -1;
+    near_[near] = static_cast<std::uint32_t>(i);
+    near += overlaps(segments[i]) ? 1 : 0;
+  }
+  for (std::size_t k = 0; k < near; ++k) hits[near_[k]] = nearest(cells, segments[near_[k]]);
+}
+
+std::int32_t HitFinder::first(const CellStore& cells, const Segment& segment) const {
+  return overlaps(segment) ? nearest(cells, segment) : -1;
+}
+
+std::int32_t HitFinder::nearest(const CellStore& cells, const Segment& s) const {
   const double x_low = std::min(s.x0, s.x1), x_high = std::max(s.x0, s.x1);
   const double y_low = std::min(s.y0, s.y1), y_high = std::max(s.y0, s.y1);
-  // Bitwise: one hard-to-predict branch instead of four.
-  const bool overlaps = static_cast<int>(x_high >= left_) & static_cast<int>(x_low <= right_) &
-                        static_cast<int>(y_high >= bottom_) & static_cast<int>(y_low <= top_);
-  if (!overlaps) return -1;
-
   // Only discs whose centre lies within the widest radius of the path's bounds can be met.
   const auto clip = [](double v, std::int32_t last) {
     return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(last)));

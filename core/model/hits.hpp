@@ -22,12 +22,18 @@ class HitFinder {
   void prepare(const CellStore& cells);
   /// Index of the first cell met (equal distances: canonical order), or -1.
   [[nodiscard]] std::int32_t first(const CellStore& cells, const Segment& segment) const;
+  /// The same for many: hits[i] is for segments[i].
+  void first(const CellStore& cells, std::span<const Segment> segments,
+             std::span<std::int32_t> hits);
 
  private:
+  [[nodiscard]] bool overlaps(const Segment& segment) const;
+  [[nodiscard]] std::int32_t nearest(const CellStore& cells, const Segment& segment) const;
+
   double left_ = 0, bottom_ = 0, right_ = -1, top_ = -1;  ///< bounds of all discs
   double side_ = 1, widest_ = 0;
   std::int32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> start_, items_, bin_, placed_;
+  std::vector<std::uint32_t> start_, items_, bin_, placed_, near_;
 };
 
 }  // namespace somas::model

@@ -1,9 +1,7 @@
 #include "core/model/mechanics.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "somas/sdk/math.hpp"
@@ -12,158 +10,87 @@ namespace somas::model {
 
 namespace {
 
-// Extra reach of the lists: larger means fewer rebuilds and more pairs to pass over.
+// Extra reach of the pairs: larger means finding pairs less often and passing over more of them.
 constexpr double skin = 0.3;
 constexpr double coincident = 1e-12;
 
-/// A direction for cells at the very same place, from their two names; opposite for the other one.
-std::pair<double, double> arbitrary_direction(const WorldState& world, std::uint32_t i,
-                                              std::uint32_t j) {
+/// A direction for two cells at the very same place, from their names, towards the first one.
+/// `first` and `second` are in canonical order.
+std::pair<double, double> arbitrary_direction(const WorldState& world, std::uint32_t first,
+                                              std::uint32_t second) {
   const CellStore& cells = world.cells;
-  const bool first = cells.rank[i] < cells.rank[j];
-  const std::uint32_t a = first ? i : j, b = first ? j : i;
-  Rng rng(stable_key("core.coincident"), world.organisms[cells.organism[a]].key,
-          world.organisms[cells.organism[b]].key, cells.id[a], cells.id[b]);
+  Rng rng(stable_key("core.coincident"), world.organisms[cells.organism[first]].key,
+          world.organisms[cells.organism[second]].key, cells.id[first], cells.id[second]);
   const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
-  return first ? std::pair(angle.cos, angle.sin) : std::pair(-angle.cos, -angle.sin);
+  return {angle.cos, angle.sin};
 }
 
-/// Four doubles that the compiler keeps in one register where there is one so wide.
-using Four = double __attribute__((vector_size(32)));
-using Mask = std::int64_t __attribute__((vector_size(32)));
-
-/// Springs and dampers between one cell and a block of its neighbours, as they act on that cell.
-/// Pairs are worked out four at a time and summed by the caller one after another, so the order of
-/// sums stays the lists' own. What i feels from j is exactly the opposite of what j feels from i.
-class PairBlock {
- public:
-  static constexpr std::uint32_t capacity = 32;
-
-  PairBlock(const WorldState& world, std::span<const Body> bodies, double damping)
-      : world_(world),
-        bodies_(bodies),
-        damping_(damping),
-        one_organism_(world.organisms.size() == 1),
-        uniform_(alike(bodies)) {}
-
-  /// Precondition: 1 to `capacity` neighbours.
-  void compute(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
-    const std::size_t last = neighbours.size() - 1;
-    Mask together{};
-    for (std::size_t k = 0; k <= last; k += 4) {
-      // The last group repeats its last pair, which nobody reads twice.
-      const std::array<std::uint32_t, 4> four{neighbours[k], neighbours[std::min(k + 1, last)],
-                                              neighbours[std::min(k + 2, last)],
-                                              neighbours[std::min(k + 3, last)]};
-      together |= interact(i, four, k / 4);
-    }
-    if ((together[0] | together[1] | together[2] | together[3]) != 0) separate(i, neighbours);
-  }
-
-  [[nodiscard]] bool kin(std::uint32_t i, std::uint32_t j) const {
-    return one_organism_ || world_.cells.organism[i] == world_.cells.organism[j];
-  }
-  [[nodiscard]] bool near(std::size_t k) const { return gap_[k / 4][k % 4] > 0; }
-  [[nodiscard]] double collision(std::size_t k) const { return collision_[k / 4][k % 4]; }
-  /// Force on the cell; 0 out of reach.
-  [[nodiscard]] double fx(std::size_t k) const { return fx_[k / 4][k % 4]; }
-  [[nodiscard]] double fy(std::size_t k) const { return fy_[k / 4][k % 4]; }
-  [[nodiscard]] double nx(std::size_t k) const { return nx_[k / 4][k % 4]; }
-  [[nodiscard]] double ny(std::size_t k) const { return ny_[k / 4][k % 4]; }
-
- private:
-  /// Works out group `g`; not 0 where a pair is at the very same place.
-  Mask interact(std::uint32_t i, const std::array<std::uint32_t, 4>& four, std::size_t g) {
-    const Body& a = bodies_[i];
-    const Body &b0 = bodies_[four[0]], &b1 = bodies_[four[1]], &b2 = bodies_[four[2]],
-               &b3 = bodies_[four[3]];
-    const Four dx = a.x - Four{b0.x, b1.x, b2.x, b3.x};
-    const Four dy = a.y - Four{b0.y, b1.y, b2.y, b3.y};
-    const Four square = dx * dx + dy * dy;
-    const Four distance{std::sqrt(square[0]), std::sqrt(square[1]), std::sqrt(square[2]),
-                        std::sqrt(square[3])};
-    const Four inverse = 1.0 / distance;
-    const Four nx = dx * inverse, ny = dy * inverse;
-
-    const Four radii = a.radius + Four{b0.radius, b1.radius, b2.radius, b3.radius};
-    Four range = a.range + Four{}, stiffness = a.stiffness + Four{}, adhesion = a.adhesion + Four{};
-    if (!uniform_) {
-      range = 0.5 * (a.range + Four{b0.range, b1.range, b2.range, b3.range});
-      stiffness =
-          0.5 * (a.stiffness + Four{b0.stiffness, b1.stiffness, b2.stiffness, b3.stiffness});
-      adhesion = 0.5 * (a.adhesion + Four{b0.adhesion, b1.adhesion, b2.adhesion, b3.adhesion});
-    }
-    Four reach = range * radii;
-    if (!one_organism_) {
-      // Strangers collide but do not adhere.
-      for (std::size_t k = 0; k < 4; ++k) {
-        if (kin(i, four[k])) continue;
-        adhesion[k] = 0;
-        reach[k] = radii[k];
-      }
-    }
-
-    const Four overlap = radii - distance;
-    const Four collision = overlap > 0 ? stiffness * overlap : Four{};
-    const Four pull = adhesion * (distance - 0.5 * radii);
-    const Four approach = (a.vx - Four{b0.vx, b1.vx, b2.vx, b3.vx}) * nx +
-                          (a.vy - Four{b0.vy, b1.vy, b2.vy, b3.vy}) * ny;
-    gap_[g] = reach * reach - square;
-    nx_[g] = nx;
-    ny_[g] = ny;
-    collision_[g] = collision;
-    const Four total = gap_[g] > 0 ? collision - pull - damping_ * approach : Four{};
-    fx_[g] = total * nx;
-    fy_[g] = total * ny;
-    return distance <= coincident;
-  }
-
-  void separate(std::uint32_t i, std::span<const std::uint32_t> neighbours) {
-    const Body& a = bodies_[i];
-    for (std::size_t k = 0; k < neighbours.size(); ++k) {
-      const Body& b = bodies_[neighbours[k]];
-      const double dx = a.x - b.x, dy = a.y - b.y;
-      const double distance = std::sqrt(dx * dx + dy * dy);
-      if (distance > coincident) continue;
-      const auto [nx, ny] = arbitrary_direction(world_, i, neighbours[k]);
-      const double adhesion = kin(i, neighbours[k]) ? 0.5 * (a.adhesion + b.adhesion) : 0.0;
-      const double pull = adhesion * (distance - 0.5 * (a.radius + b.radius));
-      const double approach = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny;
-      nx_[k / 4][k % 4] = nx;
-      ny_[k / 4][k % 4] = ny;
-      const double total = collision_[k / 4][k % 4] - pull - damping_ * approach;
-      fx_[k / 4][k % 4] = total * nx;
-      fy_[k / 4][k % 4] = total * ny;
-    }
-  }
-
-  static bool alike(std::span<const Body> bodies) {
-    return std::all_of(bodies.begin(), bodies.end(), [&](const Body& b) {
-      const Body& first = bodies.front();
-      return b.stiffness == first.stiffness && b.adhesion == first.adhesion &&
-             b.range == first.range;
-    });
-  }
-
-  const WorldState& world_;
-  std::span<const Body> bodies_;
-  double damping_;
-  bool one_organism_;
-  bool uniform_;  ///< every mean of two cells' springs is the value of either, exactly
-  std::array<Four, capacity / 4> gap_, nx_, ny_, collision_, fx_, fy_;
+/// How the first cells of four pairs lie and move to the second ones; (nx, ny) is the direction
+/// towards the first.
+struct Geometry {
+  Four nx, ny, vx, vy, square, distance, radii;
 };
 
-/// Calls visit(block, first) for all neighbours of a cell, a block at a time, in order.
-template <class Visit>
-void for_each_block(PairBlock& block, std::uint32_t i, std::span<const std::uint32_t> neighbours,
-                    Visit&& visit) {
-  for (std::size_t first = 0; first < neighbours.size(); first += PairBlock::capacity) {
-    const std::size_t count = std::min<std::size_t>(PairBlock::capacity, neighbours.size() - first);
-    const std::span<const std::uint32_t> part = neighbours.subspan(first, count);
-    block.compute(i, part);
-    visit(part);
+/// Reads pairs, four at a time.
+class PairReader {
+ public:
+  PairReader(const NeighbourPairs& pairs, std::span<const Body> bodies, const SpringTable& table)
+      : pairs_(pairs), bodies_(bodies), table_(table) {}
+
+  [[nodiscard]] const Body& first(std::size_t pair) const {
+    return bodies_[pairs_.first().data()[pair]];
   }
-}
+  [[nodiscard]] const Body& second(std::size_t pair) const {
+    return bodies_[pairs_.second().data()[pair]];
+  }
+  [[nodiscard]] const Spring& spring(std::size_t pair) const {
+    return table_.between(first(pair).kind, second(pair).kind);
+  }
+
+  void geometry(std::size_t p, Geometry& g) const {
+    Four a[4], b[4];
+    read_columns(first(p), first(p + 1), first(p + 2), first(p + 3), a);
+    read_columns(second(p), second(p + 1), second(p + 2), second(p + 3), b);
+    const Four dx = a[0] - b[0], dy = a[1] - b[1];
+    g.vx = a[2] - b[2];
+    g.vy = a[3] - b[3];
+    g.square = dx * dx + dy * dy;
+    square_root(g.square, g.distance);
+    const Four inverse = 1.0 / g.distance;
+    g.nx = dx * inverse;
+    g.ny = dy * inverse;
+    g.radii =
+        Four{first(p).radius, first(p + 1).radius, first(p + 2).radius, first(p + 3).radius} +
+        Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
+  }
+
+  /// Stiffness, adhesion, range and kin.
+  void springs(std::size_t p, Four (&column)[4]) const {
+    const Spring* common = table_.common();
+    if (common == nullptr) {
+      read_columns(spring(p), spring(p + 1), spring(p + 2), spring(p + 3), column);
+      return;
+    }
+    column[0] = common->stiffness + Four{};
+    column[1] = common->adhesion + Four{};
+    column[2] = common->range + Four{};
+    column[3] = common->kin + Four{};
+  }
+
+  /// Calls visit(pair) for all pairs of which the first and second cell are at the same place.
+  template <class Visit>
+  void each_coincident(Visit&& visit) const {
+    for (std::size_t p = 0; p < pairs_.first().size(); ++p) {
+      const double dx = first(p).x - second(p).x, dy = first(p).y - second(p).y;
+      if (std::sqrt(dx * dx + dy * dy) <= coincident) visit(p);
+    }
+  }
+
+ private:
+  const NeighbourPairs& pairs_;
+  std::span<const Body> bodies_;
+  const SpringTable& table_;
+};
 
 }  // namespace
 
@@ -184,99 +111,196 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
       external_y_.assign(cells.size(), 0.0);
       external(external_x_, external_y_);
     }
-    refresh_neighbours(cells);
+    find_pairs();
     substep(constants, world);
   }
   store(cells);
-  refresh_neighbours(cells);
-  observe(constants, world);
+  find_pairs();
+  compute_stresses(world);
+  sum_stresses(constants.pressure_scale, cells);
+  list_contacts(world);
 }
 
 void MechanicsSolver::load(const WorldState& world) {
   const CellStore& cells = world.cells;
+  table_.prepare(world);
   bodies_.resize(cells.size());
-  inverse_mass_.resize(cells.size());
-  fx_.resize(cells.size());
-  fy_.resize(cells.size());
+  force_.resize(cells.size());
+  sum_.resize(cells.size());
   external_x_.assign(cells.size(), 0.0);
   external_y_.assign(cells.size(), 0.0);
   for (const CellRange& range : cells.ranges) {
-    const State& state = world.state_of(range.begin);
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      bodies_[i] = {cells.x[i],      cells.y[i],      cells.vx[i],    cells.vy[i],
-                    cells.radius[i], state.stiffness, state.adhesion, state.adhesion_range};
-      inverse_mass_[i] = 1.0 / state.mass;
-    }
+    const double inverse_mass = 1.0 / world.state_of(range.begin).mass;
+    const std::uint32_t kind = table_.kind(range.organism, range.state);
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+      bodies_[cells.rank[i]] = {cells.x[i],      cells.y[i],   cells.vx[i], cells.vy[i],
+                                cells.radius[i], inverse_mass, kind};
   }
 }
 
 void MechanicsSolver::store(CellStore& cells) const {
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    cells.x[i] = bodies_[i].x;
-    cells.y[i] = bodies_[i].y;
-    cells.vx[i] = bodies_[i].vx;
-    cells.vy[i] = bodies_[i].vy;
+  for (std::uint32_t k = 0; k < bodies_.size(); ++k) {
+    const std::uint32_t i = cells.order[k];
+    cells.x[i] = bodies_[k].x;
+    cells.y[i] = bodies_[k].y;
+    cells.vx[i] = bodies_[k].vx;
+    cells.vy[i] = bodies_[k].vy;
   }
 }
 
-void MechanicsSolver::refresh_neighbours(const CellStore& cells) {
-  neighbours_.refresh(bodies_, cells.order, cells.rank, skin);
+void MechanicsSolver::find_pairs() {
+  if (!pairs_.stale(bodies_, table_.range())) return;
+  pairs_.build(bodies_, table_.range(), skin);
+  const std::size_t room = pairs_.first().size() + 3;
+  if (touching_.size() >= room) return;
+  pair_force_.resize(2 * room);
+  pair_stress_.resize(2 * room);
+  touching_.resize(2 * room);
 }
 
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
-  const auto count = static_cast<std::uint32_t>(bodies_.size());
-  PairBlock block(world, bodies_, constants.damping);
-  // Every cell gathers its own force in canonical order; pairs are computed twice, exactly
-  // opposite.
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Body& body = bodies_[i];
-    double fx = external_x_[i] - constants.drag * body.vx;
-    double fy = external_y_[i] - constants.drag * body.vy;
-    for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        fx += block.fx(k);
-        fy += block.fy(k);
-      }
-    });
-    fx_[i] = fx;
-    fy_[i] = fy;
-  }
+  compute_forces(constants.damping, world);
+  sum_forces(constants.drag, world);
   // Semi-implicit Euler.
   const double h = constants.time_step;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Body& body = bodies_[i];
-    body.vx += h * (fx_[i] * inverse_mass_[i]);
-    body.vy += h * (fy_[i] * inverse_mass_[i]);
+  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+    Body& body = bodies_[k];
+    body.vx += h * (force_[k][0] * body.inverse_mass);
+    body.vy += h * (force_[k][1] * body.inverse_mass);
     body.x += h * body.vx;
     body.y += h * body.vy;
   }
 }
 
-void MechanicsSolver::observe(const Mechanics& constants, WorldState& world) {
-  CellStore& cells = world.cells;
-  Contacts& contacts = world.contacts;
-  contacts.start.resize(cells.size() + 1);
-  contacts.items.clear();
-  PairBlock block(world, bodies_, constants.damping);
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    double push = 0, xx = 0, xy = 0, yy = 0;
-    contacts.start[i] = static_cast<std::uint32_t>(contacts.items.size());
-    for_each_block(block, i, neighbours_.of(i), [&](std::span<const std::uint32_t> part) {
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        if (block.near(k) && block.kin(i, part[k])) contacts.items.push_back(part[k]);
-        const double collision = block.collision(k);
-        push += collision;
-        xx += collision * block.nx(k) * block.nx(k);
-        xy += collision * block.nx(k) * block.ny(k);
-        yy += collision * block.ny(k) * block.ny(k);
-      }
-    });
-    cells.pressure[i] = push / (push + constants.pressure_scale);
-    cells.stress_xx[i] = xx;
-    cells.stress_xy[i] = xy;
-    cells.stress_yy[i] = yy;
+void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
+  const PairReader reader(pairs_, bodies_, table_);
+  FourMask together{};
+  Geometry g;
+  Four spring[4];
+  for (std::size_t p = 0; p < pairs_.first().size(); p += 4) {
+    reader.geometry(p, g);
+    reader.springs(p, spring);
+    const Four overlap = g.radii - g.distance;
+    const Four collision = overlap > 0 ? spring[0] * overlap : Four{};
+    const Four pull = spring[1] * (g.distance - 0.5 * g.radii);
+    const Four approach = g.vx * g.nx + g.vy * g.ny;
+    const Four reach = spring[2] * g.radii;
+    const Four total =
+        reach * reach - g.square > 0 ? collision - pull - damping * approach : Four{};
+    write_interleaved(total * g.nx, total * g.ny, &pair_force_[p]);
+    together |= g.distance <= coincident;
   }
-  contacts.start[cells.size()] = static_cast<std::uint32_t>(contacts.items.size());
+  if (!any(together)) return;
+
+  reader.each_coincident([&](std::size_t p) {
+    const Body &a = reader.first(p), &b = reader.second(p);
+    const Spring& s = reader.spring(p);
+    const auto [nx, ny] = arbitrary_direction(world, world.cells.order[pairs_.first()[p]],
+                                              world.cells.order[pairs_.second()[p]]);
+    const double dx = a.x - b.x, dy = a.y - b.y;
+    const double distance = std::sqrt(dx * dx + dy * dy), radii = a.radius + b.radius;
+    const double collision = s.stiffness * std::max(0.0, radii - distance);
+    const double pull = s.adhesion * (distance - 0.5 * radii);
+    const double approach = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny;
+    const double total = collision - pull - damping * approach;
+    pair_force_[p] = Two{total * nx, total * ny};
+  });
+}
+
+void MechanicsSolver::sum_forces(double drag, const WorldState& world) {
+  const auto count = static_cast<std::uint32_t>(bodies_.size());
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const std::uint32_t i = world.cells.order[k];
+    force_[k] = Two{external_x_[i] - drag * bodies_[k].vx, external_y_[i] - drag * bodies_[k].vy};
+  }
+  // What the first does to the second is exactly the opposite.
+  const std::uint32_t* second = pairs_.second().data();
+  for (std::uint32_t k = 0; k < count; ++k) {
+    Two own = force_[k];
+    for (std::uint32_t p = pairs_.start(k); p < pairs_.start(k + 1); ++p) {
+      own += pair_force_[p];
+      force_[second[p]] -= pair_force_[p];
+    }
+    force_[k] = own;
+  }
+}
+
+void MechanicsSolver::compute_stresses(const WorldState& world) {
+  const PairReader reader(pairs_, bodies_, table_);
+  FourMask together{};
+  Geometry g;
+  Four spring[4];
+  std::size_t touching = 0;
+  const std::size_t count = pairs_.first().size();
+  for (std::size_t p = 0; p < count; p += 4) {
+    reader.geometry(p, g);
+    reader.springs(p, spring);
+    const Four overlap = g.radii - g.distance;
+    const Four collision = overlap > 0 ? spring[0] * overlap : Four{};
+    const Four along_x = collision * g.nx, along_y = collision * g.ny;
+    const Four parts[4] = {collision, along_x * g.nx, along_x * g.ny, along_y * g.ny};
+    transpose(parts, *reinterpret_cast<Four(*)[4]>(&pair_stress_[p]));
+    const Four reach = spring[2] * g.radii;
+    const FourMask adhere = (reach * reach - g.square > 0) & (spring[3] > 0);
+    for (std::size_t k = 0; k < 4; ++k) {
+      touching_[touching] = static_cast<std::uint32_t>(p + k);
+      touching -= static_cast<std::size_t>(adhere[k]);
+    }
+    together |= g.distance <= coincident;
+  }
+  // The last four may go on past the end.
+  while (touching > 0 && touching_[touching - 1] >= count) --touching;
+  touching_count_ = touching;
+  if (!any(together)) return;
+
+  reader.each_coincident([&](std::size_t p) {
+    const auto [nx, ny] = arbitrary_direction(world, world.cells.order[pairs_.first()[p]],
+                                              world.cells.order[pairs_.second()[p]]);
+    const double collision = pair_stress_[p][0];
+    pair_stress_[p] =
+        Four{collision, collision * nx * nx, collision * nx * ny, collision * ny * ny};
+  });
+}
+
+void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
+  const auto count = static_cast<std::uint32_t>(bodies_.size());
+  std::fill(sum_.begin(), sum_.end(), Four{});
+  const std::uint32_t* second = pairs_.second().data();
+  for (std::uint32_t k = 0; k < count; ++k) {
+    Four own = sum_[k];
+    for (std::uint32_t p = pairs_.start(k); p < pairs_.start(k + 1); ++p) {
+      own += pair_stress_[p];
+      sum_[second[p]] += pair_stress_[p];
+    }
+    const std::uint32_t i = cells.order[k];
+    cells.pressure[i] = own[0] / (own[0] + pressure_scale);
+    cells.stress_xx[i] = own[1];
+    cells.stress_xy[i] = own[2];
+    cells.stress_yy[i] = own[3];
+  }
+}
+
+void MechanicsSolver::list_contacts(WorldState& world) {
+  const std::vector<std::uint32_t>& order = world.cells.order;
+  Contacts& contacts = world.contacts;
+  const std::span<const std::uint32_t> touching{touching_.data(), touching_count_};
+  // Count, then place: pair after pair, so each cell's contacts come in canonical order.
+  contacts.start.assign(bodies_.size() + 1, 0);
+  for (const std::uint32_t p : touching) {
+    ++contacts.start[order[pairs_.first()[p]] + 1];
+    ++contacts.start[order[pairs_.second()[p]] + 1];
+  }
+  for (std::size_t i = 1; i < contacts.start.size(); ++i)
+    contacts.start[i] += contacts.start[i - 1];
+  contacts.items.resize(2 * touching.size());
+  for (const std::uint32_t p : touching) {
+    const std::uint32_t a = order[pairs_.first()[p]], b = order[pairs_.second()[p]];
+    contacts.items[contacts.start[a]++] = b;
+    contacts.items[contacts.start[b]++] = a;
+  }
+  for (std::size_t i = contacts.start.size() - 1; i > 0; --i)
+    contacts.start[i] = contacts.start[i - 1];
+  contacts.start[0] = 0;
 }
 
 }  // namespace somas::model

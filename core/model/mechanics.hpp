@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "core/model/lanes.hpp"
 #include "core/model/neighbours.hpp"
+#include "core/model/springs.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -19,23 +21,32 @@ class MechanicsSolver {
   /// All substeps of one step, then contacts, pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
-  /// The cells were changed behind the solver's back.
-  void invalidate() { neighbours_.invalidate(); }
-  /// Cells were added, removed or reordered, as Reorganiser::new_index says.
-  void remap(std::span<const std::uint32_t> new_index) { neighbours_.remap(new_index); }
+  /// Cells were added, removed or reordered.
+  void invalidate() { pairs_.invalidate(); }
 
  private:
   void load(const WorldState& world);
   void store(CellStore& cells) const;
-  void refresh_neighbours(const CellStore& cells);
+  void find_pairs();
   void substep(const Mechanics& constants, const WorldState& world);
-  void observe(const Mechanics& constants, WorldState& world);
+  void compute_forces(double damping, const WorldState& world);
+  void sum_forces(double drag, const WorldState& world);
+  void compute_stresses(const WorldState& world);
+  void sum_stresses(double pressure_scale, CellStore& cells);
+  void list_contacts(WorldState& world);
 
-  NeighbourLists neighbours_;
+  SpringTable table_;
+  NeighbourPairs pairs_;
+  /// Of cells, in canonical order: taking pair after pair then sums in that order.
   std::vector<Body> bodies_;
-  std::vector<double> inverse_mass_;
-  std::vector<double> fx_, fy_;  ///< of springs and dampers
-  std::vector<double> external_x_, external_y_;
+  std::vector<Two> force_;
+  std::vector<Four> sum_;                        ///< of collisions, and stress xx, xy, yy
+  std::vector<double> external_x_, external_y_;  ///< in storage order
+  /// Of pairs, with room to a multiple of four: what the second cell does to the first.
+  std::vector<Two> pair_force_;
+  std::vector<Four> pair_stress_;        ///< collision, and what it adds to stress xx, xy, yy
+  std::vector<std::uint32_t> touching_;  ///< pairs that adhere: the first `touching_count_`
+  std::size_t touching_count_ = 0;
 };
 
 /// Distance at which two resting cells of a state with radius r stay: both springs in balance,

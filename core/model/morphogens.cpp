@@ -14,18 +14,23 @@ constexpr double sqrt_two = 1.4142135623730951;
 /// std::max by value: a select that vectorises.
 inline float greater(float a, float b) { return a > b ? a : b; }
 
-/// One row of a sweep. The factors are not negative, so scaling the greatest neighbour is scaling
-/// them all. Pointers are to the first column; rows are padded on both sides.
+/// What a sweep multiplies by; none is negative, so scaling the greatest is scaling them all.
+struct Factors {
+  float keep, straight, diagonal;
+};
+
+/// One row of a sweep. Pointers are to the first column; rows are padded on both sides.
 void sweep_row(const float* __restrict below, const float* __restrict row,
                const float* __restrict above, float* __restrict out, std::ptrdiff_t count,
-               float straight, float diagonal) {
+               Factors by) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const float ns = greater(below[i], above[i]);
     const float we = greater(row[i - 1], row[i + 1]);
     const float low = greater(below[i - 1], below[i + 1]);
     const float high = greater(above[i - 1], above[i + 1]);
-    const float offered = greater(greater(ns, we) * straight, greater(low, high) * diagonal);
-    const float kept = greater(row[i], offered);
+    const float offered = greater(greater(ns, we) * by.keep * by.straight,
+                                  greater(low, high) * by.keep * by.diagonal);
+    const float kept = greater(row[i] * by.keep, offered);
     out[i] = kept < negligible ? 0.0f : kept;
   }
 }
@@ -66,22 +71,16 @@ void MorphogenFields::evaporate_and_spread(const MorphogenGrid& grid) {
 void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   Box& box = boxes_[kind];
   std::vector<float>& now = now_[kind];
-  const auto keep = static_cast<float>(1.0 - morphogen.evaporation);
-  const auto old_width = std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1;
-  for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
-    float* values = now.data() + index(box.left, row);
-    for (std::ptrdiff_t i = 0; i < old_width; ++i) values[i] *= keep;
-  }
-
   // What is there spreads by one square; outside the box both buffers are 0.
   touch(box.left - std::min(box.left, 1u), box.right + 1, box.bottom - std::min(box.bottom, 1u),
         box.top + 1, box);
-  const auto straight = static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation));
-  const auto diagonal = static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two));
+  const Factors by{static_cast<float>(1.0 - morphogen.evaporation),
+                   static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation)),
+                   static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two))};
   for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
     const float* middle = now.data() + index(box.left, row);
     sweep_row(middle - stride_, middle, middle + stride_, next_[kind].data() + index(box.left, row),
-              std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1, straight, diagonal);
+              std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1, by);
   }
   now.swap(next_[kind]);
 }
@@ -98,11 +97,11 @@ Footprint MorphogenFields::footprint(double x, double y) const {
   const auto c = static_cast<std::int32_t>(column);
   const auto r = static_cast<std::int32_t>(row);
 
-  for (int k = 0; k < 9; ++k) {
-    const int column_offset = k % 3 - 1, row_offset = k / 3 - 1;
-    const float dx = fx - static_cast<float>(column_offset);
-    const float dy = fy - static_cast<float>(row_offset);
-    print.weight[static_cast<std::size_t>(k)] = 1.0f / std::sqrt(dx * dx + dy * dy);
+  static constexpr std::array<float, 9> across{-1, 0, 1, -1, 0, 1, -1, 0, 1};
+  static constexpr std::array<float, 9> up{-1, -1, -1, 0, 0, 0, 1, 1, 1};
+  for (std::size_t k = 0; k < 9; ++k) {
+    const float dx = fx - across[k], dy = fy - up[k];
+    print.weight[k] = 1.0f / std::sqrt(dx * dx + dy * dy);
   }
   if (fx * fx + fy * fy < at_centre * at_centre) {
     print.weight = {};

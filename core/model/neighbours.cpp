@@ -2,18 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "core/model/cells.hpp"
+#include "core/model/lanes.hpp"
 
 namespace somas::model {
 
 namespace {
-
-// Bins finer than the reach waste fewer candidates in the corners.
-constexpr std::uint32_t bins_per_reach = 2;
-// Mending a list looks at every body: beyond so many, building all lists is cheaper.
-constexpr std::size_t most_mended = 32;
 
 bool placed(const Body& body) {
   constexpr double absurd = 1e150;
@@ -22,131 +16,37 @@ bool placed(const Body& body) {
 
 }  // namespace
 
-double NeighbourLists::drift(const Body& body, const Built& built) const {
-  const double dx = body.x - built.x, dy = body.y - built.y;
-  const double growth = std::max(0.0, body.radius - built.radius) * growth_reach_;
-  return std::sqrt(dx * dx + dy * dy) + growth;
-}
-
-bool NeighbourLists::usable(std::span<const Body> bodies) const {
-  if (!valid_ || built_.size() != bodies.size()) return false;
-  double range = 1;
-  for (const Body& body : bodies) range = std::max(range, body.range);
-  return range <= growth_reach_;
-}
-
-bool NeighbourLists::stale(std::span<const Body> bodies) const {
-  if (!usable(bodies)) return true;
-  // Two cells approach by at most both displacements, and their reach grows by both growths: a pair
-  // is safe while both have drifted less than half the skin. A newcomer's drift is NaN.
-  for (std::size_t i = 0; i < bodies.size(); ++i)
-    if (!(2.0 * drift(bodies[i], built_[i]) < skin_)) return true;
-  return false;
-}
-
-void NeighbourLists::remap(std::span<const std::uint32_t> new_index) {
-  if (!valid_) return;
-  const auto count = static_cast<std::size_t>(
-      std::count_if(new_index.begin(), new_index.end(), [](std::uint32_t n) { return n != gone; }));
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-  other_slots_.resize(count * capacity_);
-  other_counts_.assign(count, 0);
-  other_built_.assign(count, Built{unknown, unknown, unknown});
-  for (std::uint32_t i = 0; i < built_.size(); ++i) {
-    const std::uint32_t to = new_index[i];
-    if (to == gone) continue;
-    for (const std::uint32_t j : of(i))
-      if (new_index[j] != gone) other_slots_[to * capacity_ + other_counts_[to]++] = new_index[j];
-    other_built_[to] = built_[i];
+bool NeighbourPairs::stale(std::span<const Body> bodies, double range) const {
+  if (!valid_ || built_.size() != bodies.size() || range > range_) return true;
+  // Two bodies approach by at most both displacements, and their reach grows by both growths: a
+  // pair is safe while both have drifted less than half the skin. A NaN is never safe.
+  std::size_t safe = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const double dx = bodies[i].x - built_[i].x, dy = bodies[i].y - built_[i].y;
+    const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * range_;
+    const double allowed = 0.5 * skin_ - growth;
+    safe += static_cast<std::size_t>(dx * dx + dy * dy < allowed * allowed) &
+            static_cast<std::size_t>(allowed > 0);
   }
-  slots_.swap(other_slots_);
-  counts_.swap(other_counts_);
-  built_.swap(other_built_);
+  return safe != bodies.size();
 }
 
-void NeighbourLists::refresh(std::span<const Body> bodies, std::span<const std::uint32_t> order,
-                             std::span<const std::uint32_t> rank, double skin) {
-  if (skin != skin_ || !usable(bodies)) return build(bodies, order, skin);
-
-  movers_.clear();
-  for (std::uint32_t i = 0; i < bodies.size(); ++i)
-    if (!(2.0 * drift(bodies[i], built_[i]) < skin_)) movers_.push_back(i);
-  const std::size_t few = std::min<std::size_t>(most_mended, bodies.size() / 16 + 1);
-  if (movers_.size() > few) return build(bodies, order, skin);
-  for (const std::uint32_t i : movers_)
-    if (!mend(i, bodies, order, rank)) return build(bodies, order, skin);
-}
-
-bool NeighbourLists::within(const Built& a, const Built& b) const {
-  const double dx = b.x - a.x, dy = b.y - a.y;
-  const double reach = growth_reach_ * (b.radius + a.radius) + skin_;
-  return dx * dx + dy * dy < reach * reach;
-}
-
-void NeighbourLists::erase(std::uint32_t body, std::uint32_t neighbour) {
-  std::uint32_t* list = slots_.data() + body * capacity_;
-  std::uint32_t* end = std::remove(list, list + counts_[body], neighbour);
-  counts_[body] = static_cast<std::uint32_t>(end - list);
-}
-
-bool NeighbourLists::insert(std::uint32_t body, std::uint32_t neighbour,
-                            std::span<const std::uint32_t> rank) {
-  if (counts_[body] == capacity_) return false;
-  std::uint32_t* list = slots_.data() + body * capacity_;
-  std::uint32_t at = counts_[body]++;
-  for (; at > 0 && rank[list[at - 1]] > rank[neighbour]; --at) list[at] = list[at - 1];
-  list[at] = neighbour;
-  return true;
-}
-
-bool NeighbourLists::mend(std::uint32_t body, std::span<const Body> bodies,
-                          std::span<const std::uint32_t> order,
-                          std::span<const std::uint32_t> rank) {
-  for (const std::uint32_t j : of(body)) erase(j, body);
-  counts_[body] = 0;
-  built_[body] = {bodies[body].x, bodies[body].y, bodies[body].radius};
-  // The others stand where they stood when they were listed: that is what drifts are measured from.
-  // Most are far off: collect the rest without branching on each.
-  found_.resize(std::max(found_.size(), order.size()));
-  std::size_t found = 0;
-  for (const std::uint32_t j : order) {
-    found_[found] = j;
-    found += within(built_[body], built_[j]) ? 1 : 0;
-  }
-  for (std::size_t f = 0; f < found; ++f) {
-    const std::uint32_t j = found_[f];
-    if (j == body) continue;
-    if (counts_[body] == capacity_ || !insert(j, body, rank)) return false;
-    slots_[body * capacity_ + counts_[body]++] = j;
-  }
-  return true;
-}
-
-void NeighbourLists::build(std::span<const Body> bodies, std::span<const std::uint32_t> order,
-                           double skin) {
+void NeighbourPairs::build(std::span<const Body> bodies, double range, double skin) {
   skin_ = skin;
-  double radius = 0, range = 1;
-  for (const Body& body : bodies) {
-    radius = std::max(radius, body.radius);
-    range = std::max(range, body.range);
-  }
-  growth_reach_ = range;
-  sort_into_bins(bodies, order, 2.0 * radius * range + skin);
+  range_ = range;
+  double radius = 0;
+  for (const Body& body : bodies) radius = std::max(radius, body.radius);
+  sort_into_bins(bodies, 2.0 * radius * range + skin);
 
-  counts_.resize(bodies.size());
-  slots_.resize(bodies.size() * capacity_);
-  while (!fill(bodies, order, skin)) {
-    capacity_ *= 2;
-    slots_.resize(bodies.size() * capacity_);
-  }
-  built_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i)
-    built_[i] = {bodies[i].x, bodies[i].y, bodies[i].radius};
+  find();
+  sort();
+  pad();
+  built_.clear();
+  for (const Body& body : bodies) built_.push_back({body.x, body.y, body.radius});
   valid_ = true;
 }
 
-void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
-                                    std::span<const std::uint32_t> order, double reach) {
+void NeighbourPairs::sort_into_bins(std::span<const Body> bodies, double reach) {
   // Bodies that an absurd force threw out of all bounds have no neighbours, whatever their bin.
   double right = 0, top = 0;
   left_ = bottom_ = 0;
@@ -160,12 +60,12 @@ void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
   const double longest = std::max(right - left_, top - bottom_);
   // A body far off must not cost a grid as wide: a few bins a body are enough.
   const double most_bins = 4.0 * static_cast<double>(bodies.size()) + 1024;
-  bin_side_ = std::max({reach / bins_per_reach, longest / most_bins,
-                        std::sqrt((right - left_) * (top - bottom_) / most_bins)});
+  bin_side_ = std::max(
+      {reach, longest / most_bins, std::sqrt((right - left_) * (top - bottom_) / most_bins)});
   columns_ = static_cast<std::uint32_t>((right - left_) / bin_side_) + 1;
   rows_ = static_cast<std::uint32_t>((top - bottom_) / bin_side_) + 1;
 
-  // Counting sort that keeps the canonical order within a bin.
+  // Counting sort that keeps the order within a bin.
   bin_of_.resize(bodies.size());
   bin_start_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -178,48 +78,100 @@ void NeighbourLists::sort_into_bins(std::span<const Body> bodies,
     ++bin_start_[bin_of_[i] + 1];
   }
   for (std::size_t b = 1; b < bin_start_.size(); ++b) bin_start_[b] += bin_start_[b - 1];
-  bin_items_.resize(bodies.size());
-  bin_bodies_.resize(bodies.size());
-  for (const std::uint32_t i : order) {
+  bin_items_.resize(bodies.size() + 4);
+  for (auto* column : {&bin_x_, &bin_y_, &bin_radius_}) column->resize(bodies.size() + 4);
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
     const std::uint32_t at = bin_start_[bin_of_[i]]++;
     bin_items_[at] = i;
-    bin_bodies_[at] = {bodies[i].x, bodies[i].y, bodies[i].radius};
+    bin_x_[at] = bodies[i].x;
+    bin_y_[at] = bodies[i].y;
+    bin_radius_[at] = bodies[i].radius;
   }
   for (std::size_t b = bin_start_.size() - 1; b > 0; --b) bin_start_[b] = bin_start_[b - 1];
   bin_start_[0] = 0;
 }
 
-bool NeighbourLists::fill(std::span<const Body> bodies, std::span<const std::uint32_t> order,
-                          double skin) {
-  std::fill(counts_.begin(), counts_.end(), 0u);
-  // Visiting the giver in canonical order makes every receiver's list come out in that order.
-  for (const std::uint32_t j : order) {
-    const Body& body = bodies[j];
-    const std::uint32_t column = bin_of_[j] % columns_, row = bin_of_[j] / columns_;
-    const std::uint32_t first_column = column - std::min(column, bins_per_reach);
-    const std::uint32_t last_column = std::min(column + bins_per_reach, columns_ - 1);
-    const std::uint32_t last_row = std::min(row + bins_per_reach, rows_ - 1);
-    for (std::uint32_t r = row - std::min(row, bins_per_reach); r <= last_row; ++r) {
-      const std::uint32_t begin = bin_start_[r * columns_ + first_column];
-      const std::uint32_t end = bin_start_[r * columns_ + last_column + 1];
-      // Most candidates fail: collect the others without branching on each.
-      found_.resize(std::max<std::size_t>(found_.size(), end - begin));
-      std::size_t found = 0;
-      for (std::uint32_t k = begin; k < end; ++k) {
-        const double dx = bin_bodies_[k].x - body.x, dy = bin_bodies_[k].y - body.y;
-        const double reach = growth_reach_ * (bin_bodies_[k].radius + body.radius) + skin;
-        found_[found] = bin_items_[k];
-        found += dx * dx + dy * dy < reach * reach ? 1 : 0;
-      }
-      for (std::size_t f = 0; f < found; ++f) {
-        const std::uint32_t i = found_[f];
-        if (i == j) continue;
-        if (counts_[i] == capacity_) return false;
-        slots_[i * capacity_ + counts_[i]++] = j;
+void NeighbourPairs::find() {
+  count_ = 0;
+  start_.assign(bin_of_.size() + 1, 0);
+  by_second_.assign(bin_of_.size() + 1, 0);
+  near_.resize(std::max(near_.size(), bin_items_.size() + 4));
+  for (std::uint32_t row = 0; row < rows_; ++row) {
+    for (std::uint32_t column = 0; column < columns_; ++column) {
+      const std::uint32_t bin = row * columns_ + column;
+      const std::uint32_t left = std::min(column, 1u);
+      const std::uint32_t right = std::min(column + 1, columns_ - 1) - column;
+      // Half of the bins around: the other half finds its pairs with this one by itself.
+      const std::uint32_t end = bin_start_[bin + right + 1];
+      const std::uint32_t above = row + 1 < rows_ ? bin + columns_ : bin;
+      const std::uint32_t above_begin = row + 1 < rows_ ? bin_start_[above - left] : 0;
+      const std::uint32_t above_end = row + 1 < rows_ ? bin_start_[above + right + 1] : 0;
+      for (std::uint32_t k = bin_start_[bin]; k < bin_start_[bin + 1]; ++k) {
+        std::uint32_t* near = collect(k, k + 1, end, near_.data());
+        near = collect(k, above_begin, above_end, near);
+        take(bin_items_[k], {near_.data(), near});
       }
     }
   }
-  return true;
+}
+
+std::uint32_t* NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
+                                       std::uint32_t* near) const {
+  // Most candidates fail: collect the others four by four, without branching on each.
+  constexpr FourMask lanes{0, 1, 2, 3};
+  const double x = bin_x_[k], y = bin_y_[k], radius = bin_radius_[k];
+  Four xs, ys, radii;
+  for (std::uint32_t c = begin; c < end; c += 4) {
+    read(&bin_x_[c], xs);
+    read(&bin_y_[c], ys);
+    read(&bin_radius_[c], radii);
+    const Four dx = xs - x, dy = ys - y;
+    const Four reach = range_ * (radii + radius) + skin_;
+    const FourMask within = (dx * dx + dy * dy < reach * reach) & (lanes < std::int64_t{end - c});
+    for (std::uint32_t lane = 0; lane < 4; ++lane) {
+      *near = bin_items_[c + lane];
+      near -= within[lane];
+    }
+  }
+  return near;
+}
+
+void NeighbourPairs::take(std::uint32_t item, std::span<const std::uint32_t> near) {
+  if (found_.size() < count_ + near.size()) found_.resize(2 * (count_ + near.size()));
+  for (const std::uint32_t other : near) {
+    const Pair pair{std::min(item, other), std::max(item, other)};
+    found_[count_++] = pair;
+    ++start_[pair.first + 1];
+    ++by_second_[pair.second + 1];
+  }
+}
+
+void NeighbourPairs::sort() {
+  // By the second, then stably by the first: two counting sorts.
+  for (std::size_t i = 1; i < start_.size(); ++i) {
+    start_[i] += start_[i - 1];
+    by_second_[i] += by_second_[i - 1];
+  }
+  if (sorted_.size() < count_) sorted_.resize(2 * count_);
+  for (std::size_t p = 0; p < count_; ++p) sorted_[by_second_[found_[p].second]++] = found_[p];
+  if (first_.size() < count_ + 3) {
+    first_.resize(2 * count_ + 3);
+    second_.resize(2 * count_ + 3);
+  }
+  for (std::size_t p = 0; p < count_; ++p) {
+    const std::uint32_t at = start_[sorted_[p].first]++;
+    first_[at] = sorted_[p].first;
+    second_[at] = sorted_[p].second;
+  }
+  for (std::size_t i = start_.size() - 1; i > 0; --i) start_[i] = start_[i - 1];
+  start_[0] = 0;
+}
+
+void NeighbourPairs::pad() {
+  for (std::size_t p = count_; count_ > 0 && p < count_ + 3; ++p) {
+    first_[p] = first_[count_ - 1];
+    second_[p] = second_[count_ - 1];
+  }
 }
 
 }  // namespace somas::model

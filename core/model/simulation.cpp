@@ -201,11 +201,10 @@ void Simulation::deposit(std::uint32_t count) {
 
 void Simulation::reorganise() {
   reorganiser_.run(state_.cells, {});
-  mechanics_.remap(reorganiser_.new_index());
+  mechanics_.invalidate();
 }
 
 void Simulation::restructured() {
-  mechanics_.invalidate();
   state_.cells.ranges.clear();  // nothing is known to be in order
   reorganise();
   state_.contacts.start.assign(state_.cells.size() + 1, 0);
@@ -248,7 +247,7 @@ void Simulation::bury() {
   }
   if (!any) return;
   reorganiser_.run(cells, cells.dead);
-  mechanics_.remap(reorganiser_.new_index());
+  mechanics_.invalidate();
   state_.contacts.remap(reorganiser_.new_index());
 }
 

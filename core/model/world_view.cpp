@@ -127,8 +127,7 @@ void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int3
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
   if (!hits_ready_) hits_.prepare(state_.cells);
   hits_ready_ = true;
-  for (std::size_t i = 0; i < segments.size(); ++i)
-    cells[i] = hits_.first(state_.cells, segments[i]);
+  hits_.first(state_.cells, segments, cells);
 }
 
 void WorldView::strike(std::uint32_t cell, Id hazard, double energy) {

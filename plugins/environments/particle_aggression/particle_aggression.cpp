@@ -1,56 +1,23 @@
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
 
 #include "somas/sdk/math.hpp"
 
 namespace somas::environments {
 
-namespace {
-
-constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
-
 /// The rows of the table; valid until it is resized. Velocities are per step.
-struct Particles {
+struct ParticleAggression::Particles {
   explicit Particles(Table& t)
       : x(t.column(0)), y(t.column(1)), vx(t.column(2)), vy(t.column(3)), energy(t.column(4)) {}
   std::span<double> x, y, vx, vy, energy;
 };
 
-/// Memory for one call of `act`. An instance serves several threads and is const, so each thread
-/// has its own; it carries nothing from call to call but its capacity.
-struct Scratch {
-  std::vector<Segment> paths;
-  std::vector<std::int32_t> hits;
-};
+namespace {
 
-Scratch& scratch(std::size_t rows) {
-  thread_local Scratch memory;
-  memory.paths.resize(rows);
-  memory.hits.resize(rows);
-  return memory;
-}
-
-/// Puts particle `i` on the circle at an even angle, headed for a point near the centre.
-void launch(const Particles& p, std::size_t i, double radius, double speed, double spread,
-            Rng rng) {
-  const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
-  const auto [aim_x, aim_y] = rng.normals();
-  p.x[i] = radius * angle.cos;
-  p.y[i] = radius * angle.sin;
-  double dx = spread * aim_x - p.x[i];
-  double dy = spread * aim_y - p.y[i];
-  double distance = std::sqrt(dx * dx + dy * dy);
-  // Aimed at where it stands: no direction, so take the centre's.
-  if (distance == 0) {
-    dx = -p.x[i];
-    dy = -p.y[i];
-    distance = radius;
-  }
-  p.vx[i] = speed * (dx / distance);
-  p.vy[i] = speed * (dy / distance);
-}
+constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
 }  // namespace
 
@@ -103,34 +70,67 @@ void ParticleAggression::emit(World& world) const {
   double& serial = world.scalar(serial_);
   const Particles p(table);
   for (std::uint32_t i = old_rows; i < table.rows(); ++i) {
-    launch(p, i, spawn_radius_, parameters_.speed, parameters_.aim_spread,
-           world.rng(purpose_, static_cast<std::uint64_t>(serial)));
+    launch(p, i, world.rng(purpose_, static_cast<std::uint64_t>(serial)));
     p.energy[i] = parameters_.energy;
     serial += 1;
   }
 }
 
+/// Puts particle `i` on the circle at an even angle, headed for a point near the centre.
+void ParticleAggression::launch(const Particles& p, std::size_t i, Rng rng) const {
+  const double radius = spawn_radius_, spread = parameters_.aim_spread, speed = parameters_.speed;
+  const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
+  const auto [aim_x, aim_y] = rng.normals();
+  p.x[i] = radius * angle.cos;
+  p.y[i] = radius * angle.sin;
+  double dx = spread * aim_x - p.x[i];
+  double dy = spread * aim_y - p.y[i];
+  double distance = std::sqrt(dx * dx + dy * dy);
+  // Aimed at where it stands: no direction, so take the centre's.
+  if (distance == 0) {
+    dx = -p.x[i];
+    dy = -p.y[i];
+    distance = radius;
+  }
+  p.vx[i] = speed * (dx / distance);
+  p.vy[i] = speed * (dy / distance);
+}
+
 void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
-  const std::uint32_t rows = table.rows();
+  // A block at a time, so that its paths are still near when the hits are known.
+  constexpr std::size_t most = 128;
+  std::array<Segment, most> paths;
+  std::array<std::int32_t, most> hits;
+  std::size_t kept = 0;
+  for (std::size_t begin = 0; begin < table.rows(); begin += most) {
+    const std::size_t count = std::min(most, table.rows() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = begin + k;
+      paths[k] = {p.x[i], p.y[i], p.x[i] + p.vx[i], p.y[i] + p.vy[i]};
+    }
+    world.first_hit(std::span(paths).first(count), std::span(hits).first(count));
+    kept = settle(world, p, begin, kept, std::span(paths).first(count), hits);
+  }
+  table.resize(static_cast<std::uint32_t>(kept));
+}
 
-  // Which cell does each one meet on its way?
-  auto& [paths, hits] = scratch(rows);
-  for (std::uint32_t i = 0; i < rows; ++i)
-    paths[i] = {p.x[i], p.y[i], p.x[i] + p.vx[i], p.y[i] + p.vy[i]};
-  world.first_hit(paths, hits);
-
-  // Strike, drop those that are spent or gone past the far side, close the ranks in order.
-  std::uint32_t kept = 0;
-  for (std::uint32_t i = 0; i < rows; ++i) {
-    if (hits[i] >= 0) {
-      world.strike(static_cast<std::uint32_t>(hits[i]), hazard_, p.energy[i]);
+/// Particles from `begin` on have flown along `paths`: they strike, and who is neither spent nor
+/// gone past the far side closes the ranks behind the `kept` ones, in order. Returns how many are.
+std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
+                                       std::size_t kept, std::span<const Segment> paths,
+                                       std::span<const std::int32_t> hits) const {
+  const double limit = spawn_radius_ * spawn_radius_;
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const std::size_t i = begin + k;
+    if (hits[k] >= 0) {
+      world.strike(static_cast<std::uint32_t>(hits[k]), hazard_, p.energy[i]);
       continue;
     }
-    const double x = paths[i].x1;
-    const double y = paths[i].y1;
-    const bool beyond = x * x + y * y > spawn_radius_ * spawn_radius_;
+    const double x = paths[k].x1;
+    const double y = paths[k].y1;
+    const bool beyond = x * x + y * y > limit;
     if (beyond && x * p.vx[i] + y * p.vy[i] > 0) continue;
     p.x[kept] = x;
     p.y[kept] = y;
@@ -139,7 +139,7 @@ void ParticleAggression::fly(World& world) const {
     p.energy[kept] = p.energy[i];
     ++kept;
   }
-  table.resize(kept);
+  return kept;
 }
 
 }  // namespace somas::environments

@@ -306,10 +306,11 @@ TEST(ParticleAggression, CannotTunnelThroughACellInOneStep) {
   EXPECT_TRUE(particles(stage.world).empty());
 }
 
-TEST(ParticleAggression, AsksForAllHitsOfAStepAtOnce) {
+TEST(ParticleAggression, AsksForHitsManyAtATime) {
   Stage<ParticleAggression> stage(steady(3));
   run(stage, 0, 50);
-  EXPECT_EQ(stage.world.first_hit_calls, 50);
+  EXPECT_GE(stage.world.first_hit_calls, 50);
+  EXPECT_LE(stage.world.first_hit_calls, 100) << "up to 150 are in flight";
 }
 
 TEST(ParticleAggression, AimedAtItsOwnPlaceItFliesToTheCentre) {
