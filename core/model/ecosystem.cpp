@@ -176,6 +176,12 @@ Ecosystem::Ecosystem(Config config, std::vector<NamedEnvironment> environments,
   if (builder.phases() != 0 || schema_.sensors.size() != sensors)
     throw PluginFailure("fitness", "declare",
                         "a fitness observes: it has no phases and no sensors");
+  for (const NamedEnvironment& environment : environments_) {
+    SchemaConnections connections(schema_, environment.name);
+    guarded(environment.name, "connect", [&] { environment.instance->connect(connections); });
+  }
+  const std::vector<SkillInfo> skills = schema_.skill_infos();
+  guarded("specialization", "declare", [&] { specialization_->declare(skills); });
 
   // A fixed tree is grown once, here, so that its errors show at load time.
   if (specialization_->heritable() == nullptr) {

@@ -150,7 +150,7 @@ class Ecosystem {
   WorldInfo info_;
   Schema schema_;
   std::vector<NamedEnvironment> environments_;
-  std::array<std::vector<std::uint32_t>, 4> acting_;
+  std::array<std::vector<std::uint32_t>, phase_count> acting_;
   std::shared_ptr<Specialization> specialization_;
   std::shared_ptr<Controller> controller_;
   std::shared_ptr<Fitness> fitness_;

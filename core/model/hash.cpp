@@ -66,6 +66,10 @@ std::uint64_t Simulation::hash() const {
   for (const TableStore& table : state_.tables)
     for (Id c = 0; c < table.columns(); ++c) hasher.add(table.column(c));
   hasher.add(std::span<const double>(state_.scalars));
+  // The others are what the experiment says.
+  for (std::size_t p = 0; p < state_.parameters.size(); ++p)
+    if (!ecosystem_.schema().parameters[p].in_charge.empty())
+      hasher.add(std::span<const double>(&state_.parameters[p], 1));
   return hasher.digest();
 }
 

@@ -1,6 +1,7 @@
 #include "core/model/schema.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace somas::model {
@@ -131,6 +132,42 @@ Id SchemaBuilder::purpose(std::string_view name) {
   if (std::find(all.begin(), all.end(), full) != all.end())
     clash(instance_, "a random purpose", name);
   return append(schema_.purposes, std::move(full));
+}
+
+Id SchemaBuilder::parameter(std::string_view name, const VariableSpec& spec) {
+  if (owned(schema_.parameters, instance_, name)) clash(instance_, "a parameter", name);
+  if (!std::isfinite(spec.value) || spec.value < spec.minimum || spec.value > spec.maximum)
+    throw std::runtime_error(instance_ + ": the parameter '" + std::string(name) +
+                             "' is outside its own range");
+  return append(schema_.parameters, {instance_, std::string(name), spec, {}});
+}
+
+void SchemaBuilder::outline(std::string_view name, std::span<const Point> points, bool closed) {
+  const auto finite = [](const Point& p) { return std::isfinite(p.x) && std::isfinite(p.y); };
+  if (points.size() < 2 || !std::all_of(points.begin(), points.end(), finite))
+    throw std::runtime_error(instance_ + ": the outline '" + std::string(name) +
+                             "' needs at least two points, all finite");
+  schema_.outlines.push_back(
+      {instance_, std::string(name), {points.begin(), points.end()}, closed});
+}
+
+Variable SchemaConnections::vary(std::string_view instance, std::string_view parameter) {
+  std::string known;
+  for (Id id = 0; id < schema_.parameters.size(); ++id) {
+    VariableParameter& p = schema_.parameters[id];
+    if (p.owner != instance || p.name != parameter) {
+      known += (known.empty() ? "" : ", ") + p.owner + "." + p.name;
+      continue;
+    }
+    if (!p.in_charge.empty())
+      throw std::runtime_error("'" + p.owner + "." + p.name + "' is in charge of '" + p.in_charge +
+                               "' already");
+    p.in_charge = instance_;
+    return {id, p.spec};
+  }
+  throw std::runtime_error("no environment has a variable parameter '" + std::string(instance) +
+                           "." + std::string(parameter) +
+                           "'; there are: " + (known.empty() ? std::string("none") : known));
 }
 
 }  // namespace somas::model

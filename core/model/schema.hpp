@@ -1,6 +1,7 @@
 // What the model itself and the environments declare: the vocabulary of an experiment.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ enum CoreSkill : Id { skill_capacity = 0, skill_diffusion = 1, skill_energy_effi
 enum CoreCause : Id { cause_starvation = 0, cause_apoptosis = 1, cause_outside = 2 };
 inline constexpr Id no_cause = no_id;
 
+inline constexpr std::size_t phase_count = 5;
+
 struct Skill {
   std::string name;
   SkillSpec spec;
@@ -32,6 +35,19 @@ struct CellValue {
 struct Scalar {
   std::string owner, name;
   double initial;
+};
+
+struct VariableParameter {
+  std::string owner, name;
+  VariableSpec spec;
+  std::string in_charge;  ///< instance that sets it; empty: nobody
+};
+
+/// For pictures.
+struct Outline {
+  std::string owner, name;
+  std::vector<Point> points;
+  bool closed;
 };
 
 struct GridDeclaration {
@@ -67,6 +83,8 @@ struct Schema {
   std::vector<Hazard> hazards;
   std::vector<Resource> resources;
   std::vector<std::string> purposes;  ///< "owner.name"; the stream's name is its stable_key
+  std::vector<VariableParameter> parameters;
+  std::vector<Outline> outlines;
 
   [[nodiscard]] std::vector<SkillInfo> skill_infos() const;
 };
@@ -93,6 +111,8 @@ class SchemaBuilder final : public Declare {
   Id cause(std::string_view name) override;
   Id resource(std::string_view name, Id grid, Id production_skill) override;
   Id purpose(std::string_view name) override;
+  Id parameter(std::string_view name, const VariableSpec& spec) override;
+  void outline(std::string_view name, std::span<const Point> points, bool closed) override;
 
   /// Bit p set: the instance acts in Phase p.
   [[nodiscard]] unsigned phases() const { return phases_; }
@@ -102,6 +122,18 @@ class SchemaBuilder final : public Declare {
   WorldInfo info_;
   std::string instance_;
   unsigned phases_ = 0;
+};
+
+/// The host's side of `Connections` for one instance.
+class SchemaConnections final : public Connections {
+ public:
+  SchemaConnections(Schema& schema, std::string instance)
+      : schema_(schema), instance_(std::move(instance)) {}
+  Variable vary(std::string_view instance, std::string_view parameter) override;
+
+ private:
+  Schema& schema_;
+  std::string instance_;
 };
 
 }  // namespace somas::model

@@ -20,6 +20,7 @@ Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> 
   for (const TableDeclaration& table : schema.tables)
     state_.tables.emplace_back(table.columns.size());
   for (const Scalar& scalar : schema.scalars) state_.scalars.push_back(scalar.initial);
+  for (const VariableParameter& p : schema.parameters) state_.parameters.push_back(p.spec.value);
   view_.begin();
 }
 
@@ -99,6 +100,7 @@ bool Simulation::run(const std::function<bool()>& stop) {
 }
 
 void Simulation::update_fields() {
+  view_.act(Phase::parameters);
   view_.act(Phase::fields);
   for (OrganismState& organism : state_.organisms)
     if (organism.live > 0) organism.fields.evaporate_and_spread(ecosystem_.config().morphogens);

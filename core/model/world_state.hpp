@@ -102,6 +102,7 @@ struct WorldState {
   std::vector<std::vector<double>> grids;
   std::vector<TableStore> tables;
   std::vector<double> scalars;
+  std::vector<double> parameters;  ///< by variable parameter Id: what it is now
 
   [[nodiscard]] const State& state_of(std::uint32_t cell) const {
     return organisms[cells.organism[cell]].phenotype->tree->states[cells.state[cell]];

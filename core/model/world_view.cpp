@@ -8,8 +8,8 @@ namespace somas::model {
 
 namespace {
 
-constexpr std::array<const char*, 4> phase_calls{"act(fields)", "act(sense)", "act(forces)",
-                                                 "act(stress)"};
+constexpr std::array<const char*, phase_count> phase_calls{
+    "act(fields)", "act(sense)", "act(forces)", "act(stress)", "act(parameters)"};
 
 /// The world's own random streams, apart from every organism's.
 constexpr std::uint64_t world_stream = ~std::uint64_t{0};
@@ -57,6 +57,7 @@ void WorldView::act(Phase phase) {
   phase_ = phase;
   for (const std::uint32_t index : acting) {
     const NamedEnvironment& environment = ecosystem_.environments()[index];
+    acting_ = &environment.name;
     guarded(environment.name, phase_calls[static_cast<std::size_t>(phase)],
             [&] { environment.instance->act(phase, *this); });
   }
@@ -151,6 +152,18 @@ void WorldView::kill(std::uint32_t cell, Id cause) {
 Rng WorldView::rng(Id purpose, std::uint64_t entity) const {
   return {state_.seed, world_stream, state_.step,
           stable_key(ecosystem_.schema().purposes.at(purpose)), entity};
+}
+
+double WorldView::parameter(Id parameter) const { return state_.parameters.at(parameter); }
+
+void WorldView::set_parameter(Id parameter, double value) {
+  require(Phase::parameters, "set_parameter");
+  const VariableParameter& p = ecosystem_.schema().parameters.at(parameter);
+  if (p.in_charge != *acting_)
+    throw std::logic_error("set_parameter: '" + p.owner + "." + p.name + "' is not in its charge");
+  if (!(value >= p.spec.minimum && value <= p.spec.maximum))
+    throw std::logic_error("set_parameter: '" + p.owner + "." + p.name + "' is out of its range");
+  state_.parameters[parameter] = value;
 }
 
 }  // namespace somas::model

@@ -39,6 +39,8 @@ class WorldView final : public World {
   void strike(std::uint32_t cell, Id hazard, double energy) override;
   void kill(std::uint32_t cell, Id cause) override;
   [[nodiscard]] Rng rng(Id purpose, std::uint64_t entity) const override;
+  [[nodiscard]] double parameter(Id parameter) const override;
+  void set_parameter(Id parameter, double value) override;
 
  private:
   void refresh();
@@ -51,6 +53,7 @@ class WorldView final : public World {
   FloatMatrix& inputs_;
   Cells cells_;
   std::optional<Phase> phase_;
+  const std::string* acting_ = nullptr;  ///< the instance that acts
   std::span<double> fx_, fy_;
   HitFinder hits_;
   bool hits_ready_ = false;

@@ -34,7 +34,8 @@ void NutrientField::declare(Declare& declare, const PatchParameters& parameters,
     throw ParameterError(region.shape == Region::Shape::disc ? "radius" : "half_side",
                          "the region is too small: no patch has its centre inside");
 
-  regeneration_ = parameters.regeneration;
+  regeneration_ =
+      declare.parameter("regeneration", {.value = parameters.regeneration, .minimum = 0});
   grid_ = declare.grid("content", spec);
   sensor_ = declare.sensor(declare.instance());
   declare.resource(declare.instance(), grid_, declare.skill(parameters.production_skill, {}));
@@ -47,8 +48,9 @@ void NutrientField::set(World& world, double level) const {
 
 void NutrientField::regenerate(World& world) const {
   const Grid grid = world.grid(grid_);
+  const double growth = world.parameter(regeneration_);
   for (std::size_t i = 0; i < capacity_.size(); ++i)
-    grid.values[i] = std::min(grid.values[i] + regeneration_, capacity_[i]);
+    grid.values[i] = std::min(grid.values[i] + growth, capacity_[i]);
 }
 
 void NutrientField::sense(World& world) const {

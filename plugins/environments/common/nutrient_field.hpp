@@ -58,10 +58,10 @@ class NutrientField {
   void sense(World& world) const;
 
  private:
-  double regeneration_ = 0;
   std::vector<double> capacity_;  ///< of each patch; 0 outside the region
   Id grid_ = no_id;
   Id sensor_ = no_id;
+  Id regeneration_ = no_id;
 };
 
 }  // namespace somas::environments

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "somas/sdk/math.hpp"
 
@@ -17,6 +18,7 @@ struct ParticleAggression::Particles {
 
 namespace {
 
+constexpr double most_particles = 1e7;
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
 }  // namespace
@@ -29,12 +31,13 @@ void ParticleAggression::declare(Declare& declare) {
   serial_ = declare.scalar("serial", 0);
   hazard_ = declare.hazard(declare.instance(), declare.skill(parameters_.resistance_skill, {}));
   purpose_ = declare.purpose("emission");
+  rate_scale_ = declare.parameter("rate_scale", {.value = parameters_.rate_scale, .minimum = 0});
   declare.acts_in(Phase::stress);
 }
 
-double ParticleAggression::rate(double t) const {
-  return parameters_.rate_scale * (parameters_.rate_constant +
-                                   (parameters_.rate_linear + parameters_.rate_quadratic * t) * t);
+double ParticleAggression::rate(double t, double scale) const {
+  return scale * (parameters_.rate_constant +
+                  (parameters_.rate_linear + parameters_.rate_quadratic * t) * t);
 }
 
 /// Refuses what would fill the memory: the rate is greatest at the end, and a particle crosses the
@@ -42,8 +45,8 @@ double ParticleAggression::rate(double t) const {
 void ParticleAggression::check_number(std::uint64_t max_steps) const {
   const auto start = static_cast<std::uint64_t>(parameters_.start);
   if (start >= max_steps) return;
-  const double last = rate(static_cast<double>(max_steps - 1 - start));
-  if (!(last * (2 * spawn_radius_ / parameters_.speed + 1) <= 1e7))
+  const double last = rate(static_cast<double>(max_steps - 1 - start), parameters_.rate_scale);
+  if (!(last * (2 * spawn_radius_ / parameters_.speed + 1) <= most_particles))
     throw ParameterError("rate_scale",
                          "more than ten million particles at a time could be in flight at the "
                          "last step; lower the rate, raise 'speed' or shorten the run");
@@ -58,12 +61,15 @@ void ParticleAggression::act(Phase, World& world) const {
 void ParticleAggression::emit(World& world) const {
   // Whole particles fly, the rest is carried over.
   double& due = world.scalar(due_);
-  due += rate(static_cast<double>(world.step() - static_cast<std::uint64_t>(parameters_.start)));
+  const std::uint64_t t = world.step() - static_cast<std::uint64_t>(parameters_.start);
+  due += rate(static_cast<double>(t), world.parameter(rate_scale_));
   const double whole = std::floor(due);
   due -= whole;
 
   Table& table = world.table(particles_);
   const std::uint32_t old_rows = table.rows();
+  if (!(old_rows + whole <= most_particles))
+    throw std::runtime_error("more than ten million particles would be in flight");
   table.resize(old_rows + static_cast<std::uint32_t>(whole));
 
   // A particle's chance hangs on its number alone.

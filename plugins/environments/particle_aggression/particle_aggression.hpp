@@ -63,8 +63,8 @@ class ParticleAggression final : public Environment {
   void declare(Declare& declare) override;
   void act(Phase phase, World& world) const override;
 
-  /// Particles due at the step `t` after the start.
-  [[nodiscard]] double rate(double t) const;
+  /// Particles due at the step `t` after the start, times `scale`.
+  [[nodiscard]] double rate(double t, double scale) const;
 
  private:
   struct Particles;
@@ -82,6 +82,7 @@ class ParticleAggression final : public Environment {
   Id serial_ = no_id;  ///< particles emitted so far; exact up to 2^53
   Id hazard_ = no_id;
   Id purpose_ = no_id;
+  Id rate_scale_ = no_id;
 };
 
 }  // namespace somas::environments

@@ -350,12 +350,14 @@ TEST(Phases, FollowOneAnotherAsTheModelSays) {
   for (const char* name : {"a", "b"}) {
     auto toy = std::make_shared<ToyEnvironment>();
     toy->on_declare = [](Declare& d) {
-      for (const Phase p : {Phase::stress, Phase::forces, Phase::sense, Phase::fields})
+      for (const Phase p :
+           {Phase::stress, Phase::forces, Phase::sense, Phase::fields, Phase::parameters})
         d.acts_in(p);
     };
     toy->on_begin = [&, name](World&) { calls.push_back(std::string("begin ") + name); };
     toy->on_act = [&, name](Phase phase, World&) {
-      const std::array<const char*, 4> names{"fields ", "sense ", "forces ", "stress "};
+      const std::array<const char*, 5> names{"fields ", "sense ", "forces ", "stress ",
+                                             "parameters "};
       calls.push_back(names[static_cast<std::size_t>(phase)] + std::string(name));
     };
     bench.environments.push_back({name, toy});
@@ -367,9 +369,9 @@ TEST(Phases, FollowOneAnotherAsTheModelSays) {
   };
   bench.start();
   EXPECT_EQ(calls, (std::vector<std::string>{"begin a", "begin b"}));
-  const std::vector<std::string> step{"fields a", "fields b", "sense a",  "sense b",
-                                      "control",  "forces a", "forces b", "forces a",
-                                      "forces b", "stress a", "stress b", "observe"};
+  const std::vector<std::string> step{
+      "parameters a", "parameters b", "fields a", "fields b", "sense a",  "sense b",  "control",
+      "forces a",     "forces b",     "forces a", "forces b", "stress a", "stress b", "observe"};
   for (int i = 0; i < 2; ++i) {
     calls.clear();
     bench.steps(1);
@@ -734,8 +736,9 @@ std::optional<PluginFailure> failure_of(Bench& bench) {
 }
 
 TEST(Failure, NamesInstanceCallAndStepOfAnEnvironment) {
-  const std::array<std::pair<Phase, const char*>, 4> phases{
-      {{Phase::fields, "act(fields) at step 2"},
+  const std::array<std::pair<Phase, const char*>, 5> phases{
+      {{Phase::parameters, "act(parameters) at step 2"},
+       {Phase::fields, "act(fields) at step 2"},
        {Phase::sense, "act(sense) at step 2"},
        {Phase::forces, "act(forces) at step 2"},
        {Phase::stress, "act(stress) at step 2"}}};

@@ -181,11 +181,15 @@ class ScriptedController final : public Controller {
 class ToyEnvironment final : public Environment {
  public:
   std::function<void(Declare&)> on_declare;
+  std::function<void(Connections&)> on_connect;
   std::function<void(World&)> on_begin;
   std::function<void(Phase, World&)> on_act;
 
   void declare(Declare& declare) override {
     if (on_declare) on_declare(declare);
+  }
+  void connect(Connections& connections) override {
+    if (on_connect) on_connect(connections);
   }
   void begin(World& world) const override {
     if (on_begin) on_begin(world);

@@ -66,7 +66,19 @@ class FakeDeclare final : public Declare {
     return static_cast<Id>(resources.size() - 1);
   }
   Id purpose(std::string_view name) override { return append(purposes, name); }
+  Id parameter(std::string_view name, const VariableSpec& spec) override {
+    parameters.push_back(spec);
+    return append(parameter_names, name);
+  }
+  void outline(std::string_view name, std::span<const Point> points, bool closed) override {
+    outlines.push_back({std::string(name), {points.begin(), points.end()}, closed});
+  }
 
+  struct Outline {
+    std::string name;
+    std::vector<Point> points;
+    bool closed;
+  };
   std::set<Phase> phases;
   std::vector<std::string> skills, sensors, purposes;
   std::vector<SkillSpec> skill_specs;
@@ -75,6 +87,9 @@ class FakeDeclare final : public Declare {
   std::vector<std::vector<std::string>> tables;
   std::vector<Hazard> hazards;
   std::vector<Resource> resources;
+  std::vector<std::string> parameter_names;
+  std::vector<VariableSpec> parameters;
+  std::vector<Outline> outlines;
 
  private:
   static Id append(std::vector<std::string>& list, std::string_view name) {
@@ -120,6 +135,7 @@ class FakeWorld final : public World {
     for (const GridSpec& spec : specs_)
       grids_.emplace_back(std::size_t{spec.columns} * spec.rows, spec.initial);
     for (const auto& columns : declared.tables) tables_.emplace_back(columns.size());
+    for (const VariableSpec& spec : declared.parameters) parameters.push_back(spec.value);
     sensors_.resize(declared.sensors.size());
     place(cells);
   }
@@ -163,7 +179,10 @@ class FakeWorld final : public World {
   Rng rng(Id purpose, std::uint64_t entity) const override {
     return Rng(seed_, 0, step_, purpose, entity);
   }
+  double parameter(Id parameter) const override { return parameters.at(parameter); }
+  void set_parameter(Id parameter, double value) override { parameters.at(parameter) = value; }
 
+  std::vector<double> parameters;  ///< what each variable parameter is now
   std::vector<Strike> strikes;
   int first_hit_calls = 0;
 

@@ -101,10 +101,10 @@ TEST(ParticleAggression, DeclaresAHazardNamedLikeTheInstanceAndItsResistance) {
 
 TEST(ParticleAggression, RateIsThatOfTheModel) {
   const ParticleAggression environment(Parameters{});
-  EXPECT_DOUBLE_EQ(environment.rate(0), 0.5);
-  EXPECT_DOUBLE_EQ(environment.rate(100), 0.5 + 0.4 + 0.2);
-  EXPECT_DOUBLE_EQ(environment.rate(1000), 0.5 + 4 + 20);
-  EXPECT_DOUBLE_EQ(ParticleAggression({.rate_scale = 0.25}).rate(1000), 24.5 / 4);
+  EXPECT_DOUBLE_EQ(environment.rate(0, 1), 0.5);
+  EXPECT_DOUBLE_EQ(environment.rate(100, 1), 0.5 + 0.4 + 0.2);
+  EXPECT_DOUBLE_EQ(environment.rate(1000, 1), 0.5 + 4 + 20);
+  EXPECT_DOUBLE_EQ(environment.rate(1000, 0.25), 24.5 / 4);
 }
 
 TEST(ParticleAggression, EmitsTheWholePartOfWhatIsDueAtEveryStep) {
@@ -204,7 +204,7 @@ TEST(ParticleAggression, NoneRemainsALifetimeAfterTheLastWasEmitted) {
   EXPECT_GT(particles(stage.world).size(), 1000u);
 
   // The state is the world's, so another instance can go on with it, one that emits nothing.
-  ParticleAggression silent({.rate_scale = 0});
+  ParticleAggression silent({.rate_constant = 0, .rate_linear = 0, .rate_quadratic = 0});
   FakeDeclare declared(stage.info, "it");
   silent.declare(declared);
   for (std::uint64_t step = 300; step < 300 + 241; ++step) {
@@ -277,7 +277,8 @@ TEST(ParticleAggression, IsSpentOnTheCellItHits) {
   parameters.energy = 2.5;
   Stage<ParticleAggression> stage(parameters, 1, {{.id = 42}}, 1);
   stage.step(0);
-  ParticleAggression silent({.aim_spread = 0, .energy = 9, .rate_scale = 0});
+  ParticleAggression silent(
+      {.aim_spread = 0, .energy = 9, .rate_constant = 0, .rate_linear = 0, .rate_quadratic = 0});
   FakeDeclare declared(stage.info, "it");
   silent.declare(declared);
 
@@ -321,6 +322,21 @@ TEST(ParticleAggression, AimedAtItsOwnPlaceItFliesToTheCentre) {
   Stage<ParticleAggression> stage(parameters, 1, {}, 1);
   stage.step(0);
   for (const Particle& p : particles(stage.world)) EXPECT_NEAR(std::hypot(p.vx, p.vy), 0.5, 1e-15);
+}
+
+TEST(ParticleAggression, EmitsByTheRateScaleOfTheMoment) {
+  Stage<ParticleAggression> stage(steady(3));
+  ASSERT_EQ(stage.declared.parameter_names, std::vector<std::string>{"rate_scale"});
+  stage.step(0);
+  EXPECT_EQ(particles(stage.world).size(), 3u);
+  stage.world.parameters[0] *= 2;
+  stage.step(1);
+  EXPECT_EQ(particles(stage.world).size(), 9u);
+  stage.world.parameters[0] = 0;
+  stage.step(2);
+  EXPECT_EQ(particles(stage.world).size(), 9u);
+  stage.world.parameters[0] = 1e8;
+  EXPECT_THROW(stage.step(3), std::runtime_error) << "before the memory is full";
 }
 
 TEST(ParticleAggression, AllocatesNothingOnceWarm) {

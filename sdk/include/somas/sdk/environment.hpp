@@ -6,14 +6,16 @@
 namespace somas {
 
 /// A plugin class `E` has `static constexpr About about`, a `Parameters` struct and a constructor
-/// E(const Parameters&). Life: constructor -> declare, once -> begin, once a simulation -> act, in
-/// each declared phase of every step. After declare one instance serves many simulations, possibly
-/// on several threads: begin and act are const and keep all state in the World.
-/// Exceptions become an error that names plugin, call and step; the simulation then ends.
+/// E(const Parameters&). Life: constructor -> declare, once -> connect, once -> begin, once a
+/// simulation -> act, in each declared phase of every step. After connect one instance serves many
+/// simulations, possibly on several threads: begin and act are const and keep all state in the
+/// World. Exceptions become an error that names plugin, call and step; the simulation then ends.
 class Environment {
  public:
   virtual ~Environment() = default;
   virtual void declare(Declare& declare) = 0;
+  /// What all instances declare is known now.
+  virtual void connect(Connections&) {}
   /// Before step 0; the founders are in place.
   virtual void begin(World&) const {}
   virtual void act(Phase phase, World& world) const = 0;

@@ -40,6 +40,8 @@ class TreeSink {
 class Specialization {
  public:
   virtual ~Specialization() = default;
+  /// Once, before anything else: what skills there are. The views are valid during the call.
+  virtual void declare(std::span<const SkillInfo>) {}
   /// The part that evolves; null for a fixed tree. Owned by this instance.
   [[nodiscard]] virtual const Heritable* heritable() const { return nullptr; }
   /// Emits the tree that the genes encode (empty for a fixed tree). `skills` lists what may be set,

@@ -16,10 +16,11 @@ namespace somas {
 
 /// When an environment acts within a step (model, section 0).
 enum class Phase : std::uint32_t {
-  fields = 0,  ///< phase 1: change grids and scalars
-  sense = 1,   ///< phase 2: fill the sensors
-  forces = 2,  ///< phase 8, every substep: add to force_x, force_y
-  stress = 3,  ///< phase 9: move tables, strike and kill cells
+  fields = 0,      ///< phase 1: change grids and scalars
+  sense = 1,       ///< phase 2: fill the sensors
+  forces = 2,      ///< phase 8, every substep: add to force_x, force_y
+  stress = 3,      ///< phase 9: move tables, strike and kill cells
+  parameters = 4,  ///< before phase 1: set what other environments let vary
 };
 
 /// Facts of the experiment that are fixed before the first step.
@@ -51,6 +52,23 @@ struct GridSpec {
 /// What a cell value becomes at division.
 enum class OnDivision : std::uint32_t { copy = 0, halve = 1, zero = 2 };
 
+/// A parameter that an instance lets others change while the world runs.
+struct VariableSpec {
+  double value = 0;  ///< as the experiment gives it
+  double minimum = -std::numeric_limits<double>::infinity();
+  double maximum = std::numeric_limits<double>::infinity();
+};
+
+/// The handle of another instance's variable parameter.
+struct Variable {
+  Id id = no_id;
+  VariableSpec spec;
+};
+
+struct Point {
+  double x = 0, y = 0;
+};
+
 /// Host-implemented; handed to `Environment::declare` and `Fitness::declare`, once, before anything
 /// runs. Names of grids, tables, scalars, cell values and purposes are the instance's own; skills,
 /// sensors, resources and causes are known to the whole experiment. Repeating a skill with the same
@@ -81,6 +99,22 @@ class Declare {
   virtual Id resource(std::string_view name, Id grid, Id production_skill) = 0;
   /// A family of random streams, see `World::rng`.
   virtual Id purpose(std::string_view name) = 0;
+  /// A parameter of this instance that may vary in time; `name` is its key in the experiment. Where
+  /// it is used, read World::parameter instead of the value given.
+  virtual Id parameter(std::string_view name, const VariableSpec& spec) = 0;
+  /// Something that stands still, for pictures only: a line through the points, or, if `closed`,
+  /// the polygon that they bound.
+  virtual void outline(std::string_view name, std::span<const Point> points, bool closed) = 0;
+};
+
+/// Host-implemented; handed to `Environment::connect`, once, when all instances have declared.
+class Connections {
+ public:
+  virtual ~Connections() = default;
+  /// Takes charge of another instance's variable parameter: only this instance sets it. Throws
+  /// std::runtime_error, naming what there is, for one that no instance declares or that another
+  /// instance has in charge.
+  virtual Variable vary(std::string_view instance, std::string_view parameter) = 0;
 };
 
 /// Read-only columns of the cells, structure of arrays, `count` long. The order of cells is the
@@ -165,6 +199,11 @@ class World {
   virtual void kill(std::uint32_t cell, Id cause) = 0;
   /// The stream of (evaluation seed, this step, purpose, entity).
   [[nodiscard]] virtual Rng rng(Id purpose, std::uint64_t entity) const = 0;
+  /// What a variable parameter is now: as the experiment gives it, until somebody sets it.
+  [[nodiscard]] virtual double parameter(Id parameter) const = 0;
+  /// Sets a parameter that this instance has in charge, until it is set again. Throws
+  /// std::logic_error outside its range. Phase::parameters.
+  virtual void set_parameter(Id parameter, double value) = 0;
 };
 
 }  // namespace somas
