@@ -27,7 +27,7 @@ enum class Operator : std::uint8_t {
 [[nodiscard]] std::optional<Operator> operator_named(std::string_view name);
 
 struct Individual {
-  std::uint64_t id = 0;  ///< unique in a run: generation * population + index
+  std::uint64_t id = 0;  ///< unique in its population: generation * size + index
   Operator origin = Operator::random;
   std::vector<std::uint64_t> parents;  ///< 0 to 2 ids
   model::Genome genome;

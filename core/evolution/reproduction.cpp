@@ -61,6 +61,10 @@ std::uint64_t trial_seed(std::uint64_t seed, std::uint64_t generation, std::uint
   return Rng(seed, 0, generation, stable_key("trial"), trial).bits();
 }
 
+std::uint64_t population_seed(std::uint64_t seed, std::uint32_t population) {
+  return population == 0 ? seed : Rng(seed, 0, 0, stable_key("population"), population).bits();
+}
+
 std::size_t tournament(std::size_t population, std::uint32_t size, Rng& rng) {
   assert(population > 0 && size > 0);
   std::uint64_t best = rng.below(population);

@@ -19,6 +19,9 @@ namespace somas::evolution {
 [[nodiscard]] std::uint64_t trial_seed(std::uint64_t seed, std::uint64_t generation,
                                        std::uint32_t trial);
 
+/// The seed of the variation within a population (counted from 0); the run's own for the first.
+[[nodiscard]] std::uint64_t population_seed(std::uint64_t seed, std::uint32_t population);
+
 /// The best of `size` draws with replacement, as a place in the ranking (0: the best).
 /// Preconditions: population > 0, size > 0.
 [[nodiscard]] std::size_t tournament(std::size_t population, std::uint32_t size, Rng& rng);

@@ -22,7 +22,9 @@ void whole(Describe& d, const char* name, T& member, const char* doc, const Limi
 constexpr double most_steps = 1e9;
 
 void describe(Describe& d, model::MorphogenGrid& m);
+void describe(Describe& d, model::Strangers& s);
 void describe(Describe& d, model::Config& c);
+void describe(Describe& d, evolution::Roster& r);
 void describe(Describe& d, evolution::Settings& s);
 
 void describe(Describe& d, model::Morphogen& m) {
@@ -56,6 +58,12 @@ void describe(Describe& d, model::Metabolism& m) {
     {.unit = "energy", .minimum = 0, .maximum = 1, .minimum_open = true});
   d("founder_ambrosia", m.founder_ambrosia, "Ambrosia of the founder, at most its capacity",
     {.unit = "ambrosia", .minimum = 0});
+}
+
+void describe(Describe& d, model::Strangers& s) {
+  d("adhere", s.adhere, "Whether they also stick to each other, as cells of one organism do");
+  d("feed", s.feed,
+    "Whether ambrosia passes between those that touch: by adhesion, or else by collision");
 }
 
 void describe(Describe& d, model::Cycle& c) {
@@ -115,10 +123,28 @@ void describe(Describe& d, model::Config& c) {
   block(d, "morphogens", c.morphogens, "Signals between cells");
   block(d, "mechanics", c.mechanics, "Springs, dampers and time steps");
   block(d, "metabolism", c.metabolism, "Energy");
+  block(d, "strangers", c.strangers, "Cells of different organisms; they always collide");
   block(d, "cycle", c.cycle, "Durations and conditions of the cells' actions");
 }
 
+void describe(Describe& d, evolution::Roster& r) {
+  whole(d, "size", r.size, "Organisms of a simulation, in all modes but solo",
+        {.unit = "organisms", .minimum = 2, .maximum = 1000});
+  d("distance", r.distance, "Distance of the founders from the centre, in all modes but solo",
+    {.unit = "length", .minimum = 0, .minimum_open = true});
+  std::string hall(name_of(r.hall));
+  d.choice("hall", hall, {"even", "random"},
+           "How hall_of_fame draws among earlier champions: evenly, the newest among them, or at "
+           "random");
+  r.hall = hall == "even" ? evolution::Hall::even : evolution::Hall::random;
+}
+
 void describe(Describe& d, evolution::Settings& s) {
+  std::string mode(name_of(s.mode));
+  d.choice("mode", mode, {"solo", "rosters", "coevolution", "hall_of_fame"},
+           "Whom an individual meets: nobody, others of its population, members of its own and of "
+           "a second population, champions of earlier generations");
+  s.mode = *evolution::mode_named(mode);
   whole(d, "population", s.population, "Individuals of a generation",
         {.unit = "individuals", .minimum = 1, .maximum = 1e7});
   whole(d, "generations", s.generations, "Generations of a run",
@@ -133,6 +159,7 @@ void describe(Describe& d, evolution::Settings& s) {
   d("mutation", s.mutation, "Probability that a child is mutated", {.minimum = 0, .maximum = 1});
   whole(d, "trials", s.trials, "Simulations that an individual's fitness is averaged over",
         {.unit = "simulations", .minimum = 1, .maximum = 1e6});
+  block(d, "roster", s.roster, "Several organisms in one world, in all modes but solo");
 }
 
 void describe(Describe& d, CoreValues& v) {

@@ -108,6 +108,16 @@ void Loader::check_core() {
     const std::string fault = fault_in_name(name->text);
     if (!fault.empty()) problems_.add(name->position, "name", fault);
   }
+  if (const auto fault = evolution::fault_in(values_.evolution)) {
+    const std::string path = "evolution." + fault->key;
+    problems_.add(nearest(root_, path).position, path, fault->message);
+  } else if (values_.evolution.mode != evolution::Mode::solo &&
+             values_.evolution.roster.distance > values_.world.radius) {
+    problems_.add(nearest(root_, "evolution.roster.distance").position, "evolution.roster.distance",
+                  plugins::format_number(values_.evolution.roster.distance) +
+                      " is outside the world; allowed: at most world.radius, " +
+                      plugins::format_number(values_.world.radius));
+  }
   if (values_.world.morphogens.size % 2 == 0)
     problems_.add(nearest(root_, "world.morphogens.size").position, "world.morphogens.size",
                   std::to_string(values_.world.morphogens.size) +

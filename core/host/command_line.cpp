@@ -19,7 +19,8 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {"run", "validate", "plugins", "describe", "replay"};
+const std::vector<std::string> command_names = {"run",      "validate", "plugins",
+                                                "describe", "replay",   "compete"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -53,6 +54,8 @@ struct Options {
   PluginsCommand plugins;
   DescribeCommand describe;
   ReplayCommand replay;
+  CompeteCommand compete;
+  std::string opponents;  ///< --against
   std::optional<std::uint64_t> seed, generations;
 };
 
@@ -149,6 +152,10 @@ void add_replay(CLI::App& parser, Options& options) {
   app.add_option("--generation", replay.generation, "Whose champion; default: the last")
       ->type_name("N")
       ->check(whole_number(0, UINT64_MAX));
+  app.add_option("--population", replay.population,
+                 "Whose champion in mode coevolution: 1 or 2; default 1")
+      ->type_name("N")
+      ->check(whole_number(1, 2));
   add_overrides(app, replay.overrides);
   app.add_flag("--anatomy", replay.anatomy,
                "Say who lies outside whom, against shuffled states, and what cells died of");
@@ -158,6 +165,35 @@ void add_replay(CLI::App& parser, Options& options) {
   app.add_option("--csv", replay.csv, "Write cells by state and the world's hash of every step")
       ->type_name("FILE");
   add_plugin_path(app, replay.plugin_path);
+}
+
+void add_compete(CLI::App& parser, Options& options) {
+  CompeteCommand& compete = options.compete;
+  CLI::App& app = *parser.add_subcommand(
+      "compete", "Let saved genomes compete in one world, on seeds that no run has used");
+  add_file(app, compete.file);
+  app.add_option("--genome", compete.genomes,
+                 "A competitor: a saved genome (a champion's file); may be repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  app.add_option("--against", options.opponents,
+                 "random: one more competitor, of fresh random genes in each world")
+      ->type_name("WHOM")
+      ->check(CLI::IsMember({"random"}).description(""));
+  app.add_option("--seeds", compete.seeds, "Worlds, each with a seed of its own; default 30")
+      ->type_name("N")
+      ->check(whole_number(1, 1000));
+  app.add_option("--seed", options.seed,
+                 "Seed that those of the worlds are drawn from (the same as --set seed=N)")
+      ->type_name("N")
+      ->check(whole_number(0, INT64_MAX));
+  add_overrides(app, compete.overrides);
+  app.add_option("--threads", compete.threads,
+                 "Threads that simulate; default: one per processor. Never changes results")
+      ->type_name("N")
+      ->check(whole_number(1, 4096));
+  app.add_option("--csv", compete.csv, "Write a line per organism and world")->type_name("FILE");
+  add_plugin_path(app, compete.plugin_path);
 }
 
 // The short options come last, so that they win over --set.
@@ -171,6 +207,11 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("run")) {
     add_short_overrides(options, options.run.overrides);
     return options.run;
+  }
+  if (parser.got_subcommand("compete")) {
+    add_short_overrides(options, options.compete.overrides);
+    options.compete.random = !options.opponents.empty();
+    return options.compete;
   }
   if (parser.got_subcommand("validate")) return options.validate;
   if (parser.got_subcommand("plugins")) return options.plugins;
@@ -195,6 +236,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_plugins(parser, options);
   add_describe(parser, options);
   add_replay(parser, options);
+  add_compete(parser, options);
 
   try {
     // CLI11 takes its words from the back.

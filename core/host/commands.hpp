@@ -48,6 +48,7 @@ struct DescribeCommand {
 struct ReplayCommand {
   std::filesystem::path run;
   std::optional<std::uint64_t> generation;
+  std::uint32_t population = 1;
   std::vector<std::string> overrides;
   std::vector<std::filesystem::path> plugin_path;
   std::optional<std::filesystem::path> csv;
@@ -55,19 +56,32 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> anatomy_csv;
 };
 
+/// somas-host compete FILE
+struct CompeteCommand {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;  ///< --set, then --seed
+  std::vector<std::filesystem::path> plugin_path;
+  std::vector<std::filesystem::path> genomes;
+  bool random = false;
+  std::uint32_t seeds = 30;
+  unsigned threads = 0;
+  std::optional<std::filesystem::path> csv;
+};
+
 /// Nothing to run: --help and --version have answered.
 struct Done {
   int exit_code = 0;
 };
 
-using Command =
-    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, ReplayCommand>;
+using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
+                             ReplayCommand, CompeteCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
+int execute(const CompeteCommand& command, run::Terminal& terminal);
 
 /// Writes to the standard output. Throws run::WriteError.
 void print(const std::string& text);

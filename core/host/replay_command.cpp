@@ -53,11 +53,17 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
   report::Anatomy anatomy;
   run::ReplayOptions options{.run = command.run,
                              .generation = command.generation,
+                             .population = command.population,
                              .overrides = command.overrides,
                              .plugin_directories = command.plugin_path,
                              .observer = {}};
   if (command.anatomy || command.anatomy_csv)
-    options.observer = [&](const model::Simulation& world) { anatomy.observe(world); };
+    options.observer = [&](const model::Simulation& world) {
+      if (world.state().organisms.size() > 1)
+        throw run::UsageError("--anatomy is of an organism alone in its world; this champion had " +
+                              std::to_string(world.state().organisms.size() - 1) + " for company");
+      anatomy.observe(world);
+    };
   const run::ReplayReport replayed = run::replay(options);
   for (const std::string& warning : replayed.warnings) terminal.line("warning: " + warning);
   print(to_text(replayed));

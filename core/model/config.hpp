@@ -43,6 +43,12 @@ struct Metabolism {
   double founder_ambrosia = 5;  ///< at most the founder's capacity
 };
 
+/// Cells of different organisms always collide (sections 2 and 3).
+struct Strangers {
+  bool adhere = false;  ///< they also stick to each other, as kin do
+  bool feed = false;    ///< ambrosia passes between those in touch
+};
+
 /// Section 4; durations in steps, at least 1.
 struct Cycle {
   std::uint32_t quiescence_steps = 5;
@@ -61,6 +67,7 @@ struct Config {
   MorphogenGrid morphogens{};
   Mechanics mechanics{};
   Metabolism metabolism{};
+  Strangers strangers{};
   Cycle cycle{};
 };
 

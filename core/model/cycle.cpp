@@ -134,7 +134,12 @@ void CycleSolver::release(WorldState& world) {
     const double part = cells.ambrosia[i] / static_cast<double>(contacts.size());
     world.organisms[cells.organism[i]].ledger.lost_efficiency +=
         cells.ambrosia[i] * (1.0 - efficiency);
-    for (const std::uint32_t j : contacts) received_[j] += efficiency * part;
+    for (const std::uint32_t j : contacts) {
+      received_[j] += efficiency * part;
+      if (cells.organism[j] == cells.organism[i]) continue;
+      world.organisms[cells.organism[i]].ledger.given += efficiency * part;
+      world.organisms[cells.organism[j]].ledger.received += efficiency * part;
+    }
   }
   for (const std::uint32_t i : dying_)
     if (!world.contacts.of(i).empty()) cells.ambrosia[i] = 0;

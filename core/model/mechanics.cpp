@@ -64,7 +64,7 @@ class PairReader {
         Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
   }
 
-  /// Stiffness, adhesion, range and kin.
+  /// Stiffness, adhesion, range and contact.
   void springs(std::size_t p, Four (&column)[4]) const {
     const Spring* common = table_.common();
     if (common == nullptr) {
@@ -74,7 +74,7 @@ class PairReader {
     column[0] = common->stiffness + Four{};
     column[1] = common->adhesion + Four{};
     column[2] = common->range + Four{};
-    column[3] = common->kin + Four{};
+    column[3] = common->contact + Four{};
   }
 
   /// Calls visit(pair) for all pairs of which the first and second cell are at the same place.
@@ -241,10 +241,10 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
     const Four parts[4] = {collision, along_x * g.nx, along_x * g.ny, along_y * g.ny};
     transpose(parts, *reinterpret_cast<Four(*)[4]>(&pair_stress_[p]));
     const Four reach = spring[2] * g.radii;
-    const FourMask adhere = (reach * reach - g.square > 0) & (spring[3] > 0);
+    const FourMask contact = (reach * reach - g.square > 0) & (spring[3] > 0);
     for (std::size_t k = 0; k < 4; ++k) {
       touching_[touching] = static_cast<std::uint32_t>(p + k);
-      touching -= static_cast<std::size_t>(adhere[k]);
+      touching -= static_cast<std::size_t>(contact[k]);
     }
     together |= g.distance <= coincident;
   }

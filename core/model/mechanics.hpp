@@ -18,6 +18,8 @@ using ExternalForces = std::function<void(std::span<double> fx, std::span<double
 
 class MechanicsSolver {
  public:
+  explicit MechanicsSolver(Strangers strangers = {}) : table_(strangers) {}
+
   /// All substeps of one step, then contacts, pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
@@ -45,7 +47,7 @@ class MechanicsSolver {
   /// Of pairs, with room to a multiple of four: what the second cell does to the first.
   std::vector<Two> pair_force_;
   std::vector<Four> pair_stress_;        ///< collision, and what it adds to stress xx, xy, yy
-  std::vector<std::uint32_t> touching_;  ///< pairs that adhere: the first `touching_count_`
+  std::vector<std::uint32_t> touching_;  ///< pairs in contact: the first `touching_count_`
   std::size_t touching_count_ = 0;
 };
 

@@ -22,7 +22,7 @@ void MetabolismSolver::run(const Ecosystem& ecosystem, WorldState& world,
                            const FloatMatrix& outputs) {
   take_up(ecosystem, world, outputs);
   convert(world, outputs);
-  diffuse(world, outputs);
+  diffuse(ecosystem, world, outputs);
   pay(ecosystem, world);
 }
 
@@ -108,7 +108,8 @@ void MetabolismSolver::convert(WorldState& world, const FloatMatrix& outputs) {
   }
 }
 
-void MetabolismSolver::diffuse(WorldState& world, const FloatMatrix& outputs) {
+void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
+                               const FloatMatrix& outputs) {
   CellStore& cells = world.cells;
   const Contacts& contacts = world.contacts;
   const std::size_t count = cells.size();
@@ -138,12 +139,26 @@ void MetabolismSolver::diffuse(WorldState& world, const FloatMatrix& outputs) {
     accepted_[i] = incoming > room_[i] ? room_[i] / incoming : 1.0;
     gain_[i] = incoming > room_[i] ? room_[i] : incoming;
   }
+  if (ecosystem.config().strangers.feed) book_gifts_to_strangers(world);
   for (const std::uint32_t i : cells.order) {
     double loss = 0;
     if (offer_[i] > 0)
       for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted_[j];
     cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain_[i];
     world.organisms[cells.organism[i]].ledger.lost_efficiency += loss * (1.0 - efficiency_[i]);
+  }
+}
+
+void MetabolismSolver::book_gifts_to_strangers(WorldState& world) const {
+  const CellStore& cells = world.cells;
+  for (const std::uint32_t i : cells.order) {
+    if (!(offer_[i] > 0)) continue;
+    for (const std::uint32_t j : world.contacts.of(i)) {
+      if (cells.organism[j] == cells.organism[i]) continue;
+      const double arrived = efficiency_[i] * offer_[i] * accepted_[j];
+      world.organisms[cells.organism[i]].ledger.given += arrived;
+      world.organisms[cells.organism[j]].ledger.received += arrived;
+    }
   }
 }
 

@@ -26,11 +26,13 @@ class MetabolismSolver {
   void convert(WorldState& world, const FloatMatrix& outputs);
   /// Diffusion: share x ambrosia, split equally among contacts; offers are computed before any is
   /// received, scaled to the receiver's room (measured before its own gifts), refused parts stay.
-  void diffuse(WorldState& world, const FloatMatrix& outputs);
+  void diffuse(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
   /// Cost of the running action / energy efficiency; energy <= 1e-9 afterwards is starvation.
   void pay(const Ecosystem& ecosystem, WorldState& world);
 
  private:
+  void book_gifts_to_strangers(WorldState& world) const;
+
   std::vector<double> demand_;        // by resource, then cell
   std::vector<std::int64_t> square_;  // of the resource's grid under each cell, -1: none
   std::vector<double> square_demand_;

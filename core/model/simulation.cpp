@@ -11,7 +11,9 @@ namespace somas::model {
 
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
                        std::uint64_t seed)
-    : ecosystem_(ecosystem), view_(ecosystem, state_, inputs_) {
+    : ecosystem_(ecosystem),
+      view_(ecosystem, state_, inputs_),
+      mechanics_(ecosystem.config().strangers) {
   state_.seed = seed;
   found(roster);
   const Schema& schema = ecosystem_.schema();
@@ -260,12 +262,20 @@ void Simulation::end_step() {
     organism.outcome.cell_steps += organism.live;
     organism.outcome.peak_cells = std::max(organism.outcome.peak_cells, organism.live);
   }
+  if (living > 0) {
+    ++state_.inhabited_steps;
+    for (OrganismState& organism : state_.organisms)
+      organism.shares += static_cast<double>(organism.live) / living;
+  }
   const bool stopped = view_.observe();
   ++state_.step;
   state_.finished = living == 0 || stopped || state_.step >= ecosystem_.config().max_steps;
   if (!state_.finished) return;
   for (OrganismState& organism : state_.organisms) {
     organism.outcome.final_cells = organism.live;
+    if (state_.inhabited_steps > 0)
+      organism.outcome.biomass_share =
+          organism.shares / static_cast<double>(state_.inhabited_steps);
     if (organism.live == 0) continue;
     organism.outcome.censored = true;
     organism.outcome.survival = state_.step;

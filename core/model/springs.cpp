@@ -7,13 +7,13 @@ namespace somas::model {
 
 namespace {
 
-Spring spring_between(const State& a, const State& b, bool kin) {
+Spring spring_between(const State& a, const State& b, bool kin, Strangers strangers) {
   Spring spring;
   spring.stiffness = 0.5 * (a.stiffness + b.stiffness);
-  if (!kin) return spring;  // strangers collide but do not adhere
+  spring.contact = kin || strangers.feed ? 1 : 0;
+  if (!kin && !strangers.adhere) return spring;  // they collide only
   spring.adhesion = 0.5 * (a.adhesion + b.adhesion);
   spring.range = 0.5 * (a.adhesion_range + b.adhesion_range);
-  spring.kin = 1;
   return spring;
 }
 
@@ -52,7 +52,7 @@ void SpringTable::list(const WorldState& world) {
   springs_.clear();
   for (const auto& [organism_a, a] : all)
     for (const auto& [organism_b, b] : all)
-      springs_.push_back(spring_between(*a, *b, organism_a == organism_b));
+      springs_.push_back(spring_between(*a, *b, organism_a == organism_b, strangers_));
 }
 
 }  // namespace somas::model

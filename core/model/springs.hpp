@@ -12,8 +12,8 @@ namespace somas::model {
 /// Constants of the forces between two cells.
 struct alignas(32) Spring {
   double stiffness = 0, adhesion = 0;
-  double range = 1;  ///< activation distance / (r1 + r2), at least where they collide
-  double kin = 0;    ///< 1 when of one organism
+  double range = 1;    ///< activation distance / (r1 + r2), at least where they collide
+  double contact = 0;  ///< 1 when ambrosia passes between cells within range
 
   friend bool operator==(const Spring&, const Spring&) = default;
 };
@@ -21,6 +21,8 @@ struct alignas(32) Spring {
 /// The springs between all kinds of cells of a world, a kind being a state of an organism.
 class SpringTable {
  public:
+  explicit SpringTable(Strangers strangers = {}) : strangers_(strangers) {}
+
   /// Makes the table good for the cells that are now in the world.
   void prepare(const WorldState& world);
 
@@ -38,6 +40,7 @@ class SpringTable {
  private:
   void list(const WorldState& world);
 
+  Strangers strangers_;
   std::vector<const Tree*> trees_;  ///< for whom the springs were listed
   std::vector<std::uint32_t> first_kind_;
   std::uint32_t kinds_ = 0;

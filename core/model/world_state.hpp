@@ -49,12 +49,14 @@ class Sum {
 };
 
 /// Where an organism's ambrosia and energy came from and went to, summed over its life. The books
-/// (section 2): founder_ambrosia + taken = stored + burnt + lost(), and
+/// (section 2): founder_ambrosia + taken + received = stored + burnt + given + lost(), and
 /// founder_energy + burnt = energy stored + spent + energy_lost.
 struct Ledger {
   double founder_ambrosia = 0, founder_energy = 0;
   Sum taken;            ///< from resources into ambrosia
   Sum burnt;            ///< ambrosia turned into energy
+  Sum given;            ///< what arrived with other organisms
+  Sum received;         ///< what arrived from other organisms
   Sum lost_efficiency;  ///< in diffusion and apoptosis, by the giver's efficiency
   Sum lost_overflow;    ///< above a capacity: at specialization, at apoptosis gifts
   Sum lost_death;       ///< with cells that died inside the world
@@ -77,11 +79,13 @@ struct OrganismState {
   MorphogenFields fields;
   Ledger ledger;
   Outcome outcome;
+  double shares = 0;                  ///< of the world's live cells, summed over inhabited steps
   std::vector<std::uint64_t> deaths;  ///< by cause
 };
 
-/// Adhesive contacts after the last mechanics: of cell i, items[start[i]] .. items[start[i + 1]],
-/// in canonical order.
+/// The pairs that ambrosia can pass between, after the last mechanics: cells of one organism that
+/// adhere to each other; with `strangers.feed` also those of two organisms that touch, by adhesion
+/// or else by collision. Of cell i, items[start[i]] .. items[start[i + 1]], in canonical order.
 struct Contacts {
   std::vector<std::uint32_t> start{0}, items;
 
@@ -94,7 +98,8 @@ struct Contacts {
 
 struct WorldState {
   std::uint64_t seed = 0;
-  std::uint64_t step = 0;  ///< the step that runs or comes next
+  std::uint64_t step = 0;             ///< the step that runs or comes next
+  std::uint64_t inhabited_steps = 0;  ///< at whose end somebody lived
   bool finished = false;
   CellStore cells;
   Contacts contacts;

@@ -39,6 +39,7 @@ Json replay_to_json(const Champion& champion) {
   json["final_cells"] = outcome.final_cells;
   json["peak_cells"] = outcome.peak_cells;
   json["cell_steps"] = outcome.cell_steps;
+  if (!champion.roster.empty()) json["biomass_share"] = outcome.biomass_share;
   return json;
 }
 
@@ -161,7 +162,35 @@ Outcome outcome_from_json(const JsonView& json) {
   outcome.final_cells = natural32(json.member("final_cells"));
   outcome.peak_cells = natural32(json.member("peak_cells"));
   outcome.cell_steps = json.member("cell_steps").number();
+  if (json.has("biomass_share")) outcome.biomass_share = json.member("biomass_share").number();
   return outcome;
+}
+
+void read_roster(const JsonView& json, const evolution::Heredity& heredity,
+                 const GenomeOwners& owners, Champion& champion) {
+  std::size_t champions = 0;
+  for (std::size_t s = 0; s < json.size(); ++s) {
+    const JsonView& item = json.item(s);
+    RosterSeat& seat = champion.roster.emplace_back();
+    seat.key = item.member("key").natural();
+    for (std::size_t other = 0; other < s; ++other)
+      if (champion.roster[other].key == seat.key)
+        item.member("key").fail("a key that no other organism of the roster has");
+    seat.x = item.member("x").number();
+    seat.y = item.member("y").number();
+    if (item.member("champion").boolean()) {
+      champion.own_seat = s;
+      ++champions;
+      continue;
+    }
+    if (item.has("population")) seat.population = natural32(item.member("population"));
+    if (item.has("id")) seat.id = item.member("id").natural();
+    ReadGenome read = genome_from_json(item.member("genome"), heredity, owners);
+    seat.genome = std::move(read.genome);
+    champion.genes_match_bytes = champion.genes_match_bytes && read.matches_bytes;
+  }
+  if (json.size() < 2) json.fail("two organisms at least");
+  if (champions != 1) json.fail("one champion");
 }
 
 // Fills hashes, and the census of the states that are already named.
@@ -201,6 +230,36 @@ Json genome_to_json(const model::Genome& genome, const evolution::Heredity& here
   return json;
 }
 
+evaluation::Task task_of(const Champion& champion) {
+  if (champion.roster.empty()) return single_task(champion.individual.genome, champion.seed);
+  evaluation::Task task{{}, champion.seed};
+  for (std::size_t s = 0; s < champion.roster.size(); ++s) {
+    const RosterSeat& seat = champion.roster[s];
+    const bool own = s == champion.own_seat;
+    task.roster.push_back(
+        {own ? &champion.individual.genome : &seat.genome, seat.key, seat.x, seat.y});
+  }
+  return task;
+}
+
+Json roster_to_json(std::span<const RosterSeat> roster, const evolution::Heredity& heredity,
+                    const GenomeOwners& owners, std::optional<std::size_t> own) {
+  Json list = Json::array();
+  for (std::size_t s = 0; s < roster.size(); ++s) {
+    const RosterSeat& seat = roster[s];
+    Json& json = list.emplace_back();
+    json["key"] = seat.key;
+    json["x"] = seat.x;
+    json["y"] = seat.y;
+    if (own) json["champion"] = s == *own;
+    if (s == own) continue;
+    if (seat.population != 0) json["population"] = seat.population;
+    if (seat.id) json["id"] = *seat.id;
+    json["genome"] = genome_to_json(seat.genome, heredity, owners);
+  }
+  return list;
+}
+
 std::string to_text(const Champion& champion, const evolution::Heredity& heredity,
                     const GenomeOwners& owners) {
   const evolution::Individual& individual = champion.individual;
@@ -208,6 +267,7 @@ std::string to_text(const Champion& champion, const evolution::Heredity& heredit
   json["format"] = champion_format;
   json["experiment"] = champion.experiment;
   json["generation"] = champion.generation;
+  if (champion.population != 0) json["population"] = champion.population;
   json["id"] = individual.id;
   json["parents"] = individual.parents;
   json["operator"] = evolution::name_of(individual.origin);
@@ -215,6 +275,8 @@ std::string to_text(const Champion& champion, const evolution::Heredity& heredit
   json["trials"] = individual.trials;
   json["replay"] = replay_to_json(champion);
   json["genome"] = genome_to_json(individual.genome, heredity, owners);
+  if (!champion.roster.empty())
+    json["roster"] = roster_to_json(champion.roster, heredity, owners, champion.own_seat);
   json["states"] = champion.recording.states;
   json["steps"] = steps_to_json(champion.recording);
   return to_text(json);
@@ -231,10 +293,12 @@ Champion parse_champion(std::string_view text, const std::string& origin,
   Champion champion;
   champion.experiment = view.member("experiment").text();
   champion.generation = view.member("generation").natural();
+  if (view.has("population")) champion.population = natural32(view.member("population"));
   champion.individual = individual_from_json(view);
   ReadGenome read = genome_from_json(view.member("genome"), heredity, owners);
   champion.individual.genome = std::move(read.genome);
   champion.genes_match_bytes = read.matches_bytes;
+  if (view.has("roster")) read_roster(view.member("roster"), heredity, owners, champion);
 
   const JsonView& replay = view.member("replay");
   champion.seed = replay.member("seed").key64();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,14 +23,29 @@ struct GenomeOwners {
 };
 [[nodiscard]] GenomeOwners owners_of(const experiment::Experiment& experiment);
 
+/// One of several organisms in a champion's world.
+struct RosterSeat {
+  std::uint64_t key = 1;
+  double x = 0, y = 0;                ///< of the founder
+  std::uint32_t population = 0;       ///< 1 or 2; 0: there is only one, or the hall of fame
+  std::optional<std::uint64_t> id{};  ///< of an individual; none: fresh random genes
+  model::Genome genome{};             ///< of the champion's own seat: unused
+};
+
 struct Champion {
   std::string experiment;
   std::uint64_t generation = 0;
+  std::uint32_t population = 0;  ///< 1 or 2; 0: there is only one
   evolution::Individual individual;
   std::uint64_t seed = 0;  ///< of its first trial, which `recording` tells
   Recording recording;
-  bool genes_match_bytes = true;  ///< when read: both forms of the genome agree
+  std::vector<RosterSeat> roster{};  ///< of its first trial; empty: alone, at the origin, key 1
+  std::size_t own_seat = 0;          ///< its place in the roster
+  bool genes_match_bytes = true;     ///< when read: both forms of the genome agree
 };
+
+/// The simulation that the recording tells; refers to the champion's genomes.
+[[nodiscard]] evaluation::Task task_of(const Champion& champion);
 
 /// The file's text. The genome stands there twice: as JSON, for people, and as bytes in
 /// hexadecimal.
@@ -46,6 +63,13 @@ struct Champion {
 /// The genome alone, as a JSON object.
 [[nodiscard]] Json genome_to_json(const model::Genome& genome, const evolution::Heredity& heredity,
                                   const GenomeOwners& owners = {});
+
+/// A roster as a JSON list: keys, places, who they are, genomes. The champion's own seat, if any,
+/// has no genome: its file tells it elsewhere.
+[[nodiscard]] Json roster_to_json(std::span<const RosterSeat> roster,
+                                  const evolution::Heredity& heredity,
+                                  const GenomeOwners& owners = {},
+                                  std::optional<std::size_t> own = {});
 
 struct SavedGenome {
   model::Genome genome;

@@ -9,9 +9,9 @@
 namespace somas::run {
 namespace {
 
-void observe(const model::Simulation& simulation, Recording& recording) {
+void observe(const model::Simulation& simulation, std::size_t own, Recording& recording) {
   recording.hashes.push_back(simulation.hash());
-  const std::vector<std::uint32_t> cells = simulation.census(0);
+  const std::vector<std::uint32_t> cells = simulation.census(own);
   for (std::size_t state = 0; state < recording.census.size(); ++state)
     recording.census[state].push_back(cells[state]);
 }
@@ -32,19 +32,25 @@ evaluation::Task single_task(const model::Genome& genome, std::uint64_t seed) {
 std::optional<Recording> record(const model::Ecosystem& ecosystem, const model::Genome& genome,
                                 std::uint64_t seed, evaluation::StopToken stop,
                                 const Observer& observer) {
+  return record(ecosystem, single_task(genome, seed), 0, stop, observer);
+}
+
+std::optional<Recording> record(const model::Ecosystem& ecosystem, const evaluation::Task& task,
+                                std::size_t own, evaluation::StopToken stop,
+                                const Observer& observer) {
   Recording recording;
-  const std::shared_ptr<const model::Tree> tree = ecosystem.grow(genome.tree);
+  const std::shared_ptr<const model::Tree> tree = ecosystem.grow(task.roster[own].genome->tree);
   for (const model::State& state : tree->states) recording.states.push_back(state.name);
   recording.census.resize(recording.states.size());
 
   const auto watch = [&](const model::Simulation& simulation) {
-    observe(simulation, recording);
+    observe(simulation, own, recording);
     if (observer) observer(simulation);
   };
-  const auto result = evaluation::simulate(ecosystem, single_task(genome, seed), stop, watch);
+  const auto result = evaluation::simulate(ecosystem, task, stop, watch);
   if (!result) return std::nullopt;
-  recording.outcome = result->rows.front().outcome;
-  recording.score = result->rows.front().score;
+  recording.outcome = result->rows[own].outcome;
+  recording.score = result->rows[own].score;
   return recording;
 }
 

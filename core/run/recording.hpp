@@ -12,7 +12,8 @@
 
 namespace somas::run {
 
-/// One organism's life, step by step. An entry of a step tells the world after it.
+/// One organism's life, alone or in company, step by step. An entry of a step tells the world after
+/// it.
 struct Recording {
   std::vector<std::string> states;                 ///< names, by index
   std::vector<std::uint64_t> hashes;               ///< of the whole world, by step
@@ -27,7 +28,14 @@ struct Recording {
 /// Sees the simulation after every step; must not change it.
 using Observer = std::function<void(const model::Simulation&)>;
 
-/// Simulates as an evaluation does. Nothing if stopped early. Throws model::PluginFailure.
+/// Simulates as an evaluation does; tells the life of the organism at place `own` of the roster.
+/// Nothing if stopped early. Throws model::PluginFailure.
+[[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
+                                              const evaluation::Task& task, std::size_t own,
+                                              evaluation::StopToken stop = {},
+                                              const Observer& observer = {});
+
+/// The same of an organism alone: of its single_task.
 [[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
                                               const model::Genome& genome, std::uint64_t seed,
                                               evaluation::StopToken stop = {},

@@ -30,16 +30,23 @@ experiment::Experiment load_resolved(const ReplayOptions& options, ReplayReport&
 // A what-if may have changed the ports; otherwise genes that do not fit are an error.
 void make_fit(Champion& champion, const evolution::Heredity& heredity, ReplayReport& report,
               const std::string& origin) {
-  try {
-    heredity.check(champion.individual.genome);
-    return;
-  } catch (const std::exception& error) {
-    if (!report.what_if) throw UsageError(origin + ": genome: " + error.what());
-    report.warnings.push_back(std::string("the genome is made to fit the changed experiment: ") +
-                              error.what());
-  }
-  Rng rng(champion.seed, 0, 0, stable_key("what-if"), champion.individual.id);
-  heredity.conform(champion.individual.genome, rng);
+  const auto fit = [&](model::Genome& genome, std::uint64_t key, const std::string& place) {
+    try {
+      heredity.check(genome);
+      return;
+    } catch (const std::exception& error) {
+      if (!report.what_if) throw UsageError(origin + ": " + place + ": " + error.what());
+      report.warnings.push_back("the " + place +
+                                " is made to fit the changed experiment: " + error.what());
+    }
+    Rng rng(champion.seed, key, 0, stable_key("what-if"), champion.individual.id);
+    heredity.conform(genome, rng);
+  };
+  fit(champion.individual.genome, 0, "genome");
+  for (std::size_t s = 0; s < champion.roster.size(); ++s)
+    if (s != champion.own_seat)
+      fit(champion.roster[s].genome, champion.roster[s].key,
+          "genome of roster[" + std::to_string(s) + "]");
 }
 
 std::string cells_at(const Recording& recording, std::size_t step) {
@@ -65,12 +72,16 @@ std::string number_text(double value) {
 }
 
 // A file that was renamed, or pasted together, is no record of its generation.
-void check_identity(const Champion& champion, std::uint64_t generation,
+void check_identity(const Champion& champion, std::uint64_t generation, std::uint32_t population,
                     const std::filesystem::path& run, const std::string& origin) {
   if (champion.generation != generation)
     throw UsageError(origin + ".generation: " + std::to_string(champion.generation) +
                      " in the file, " + std::to_string(generation) + " in its name");
-  const std::optional<std::uint64_t> id = champion_id(run, generation);
+  if (std::max(1u, champion.population) != population)
+    throw UsageError(origin + ".population: " + std::to_string(champion.population) +
+                     " in the file, " + std::to_string(population) + " in its name");
+  const std::optional<std::uint64_t> id =
+      champion_id(run, generation, std::max(1u, champion.population));
   if (id && *id != champion.individual.id)
     throw UsageError(origin + ".id: " + std::to_string(champion.individual.id) +
                      " in the file, but generations.csv says that individual " +
@@ -102,7 +113,25 @@ std::vector<std::string> differences(const Champion& champion, const Recording& 
   compare("final_cells", then.final_cells, now.final_cells);
   compare("peak_cells", then.peak_cells, now.peak_cells);
   compare("cell_steps", then.cell_steps, now.cell_steps);
+  // The share of an organism alone is not on record.
+  if (!champion.roster.empty()) compare("biomass_share", then.biomass_share, now.biomass_share);
   return found;
+}
+
+// Who else was there, and what was left for the champion.
+std::string company_text(const Champion& champion, const Recording& replayed) {
+  if (champion.roster.empty()) return "";
+  std::string text;
+  for (std::size_t s = 0; s < champion.roster.size(); ++s) {
+    const RosterSeat& seat = champion.roster[s];
+    if (s == champion.own_seat) continue;
+    text += text.empty() ? "with " : ", ";
+    text += seat.id ? "individual " + std::to_string(*seat.id) : "random genes";
+    if (seat.population != 0) text += " of population " + std::to_string(seat.population);
+  }
+  char share[32];
+  std::snprintf(share, sizeof share, "%.4f", replayed.outcome.biomass_share);
+  return text + "; share of biomass " + share + "\n";
 }
 
 std::string life_text(const Recording& recording) {
@@ -132,7 +161,11 @@ ReplayReport replay(const ReplayOptions& options) {
   report.what_if = !options.overrides.empty();
   const std::uint64_t generation =
       options.generation ? *options.generation : last_generation(options.run);
-  const std::filesystem::path file = champion_path(options.run, generation);
+  const std::filesystem::path file = champion_path(options.run, generation, options.population);
+  if (!std::filesystem::exists(file) && options.population > 1)
+    throw UsageError("population " + std::to_string(options.population) +
+                     " has no champion in generation " + std::to_string(generation) + ": " +
+                     file.string() + " does not exist; only mode coevolution has two populations");
   if (!std::filesystem::exists(file))
     throw UsageError("generation " + std::to_string(generation) +
                      " has no champion: " + file.string() + " does not exist; the last one is " +
@@ -141,12 +174,12 @@ ReplayReport replay(const ReplayOptions& options) {
   const experiment::Experiment experiment = load_resolved(options, report);
   const evolution::Heredity heredity(*experiment.ecosystem);
   report.recorded = parse_champion(read_file(file), file.string(), heredity, owners_of(experiment));
-  check_identity(report.recorded, generation, options.run, file.string());
+  check_identity(report.recorded, generation, options.population, options.run, file.string());
   if (!report.recorded.genes_match_bytes) report.warnings.push_back(edited_warning(file.string()));
   make_fit(report.recorded, heredity, report, file.string());
 
-  report.replayed = *record(*experiment.ecosystem, report.recorded.individual.genome,
-                            report.recorded.seed, {}, options.observer);
+  report.replayed = *record(*experiment.ecosystem, task_of(report.recorded),
+                            report.recorded.own_seat, {}, options.observer);
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())
@@ -158,18 +191,20 @@ ReplayReport replay(const ReplayOptions& options) {
 std::string to_text(const ReplayReport& report) {
   const Champion& champion = report.recorded;
   const std::string steps = std::to_string(report.replayed.hashes.size());
-  std::string text = champion.experiment + ": champion of generation " +
-                     std::to_string(champion.generation) + ", individual " +
-                     std::to_string(champion.individual.id) + " (" +
-                     std::string(evolution::name_of(champion.individual.origin)) + "), seed " +
-                     hex64(champion.seed) + "\n";
+  std::string text =
+      champion.experiment + ": champion of generation " + std::to_string(champion.generation) +
+      (champion.population != 0 ? ", population " + std::to_string(champion.population)
+                                : std::string()) +
+      ", individual " + std::to_string(champion.individual.id) + " (" +
+      std::string(evolution::name_of(champion.individual.origin)) + "), seed " +
+      hex64(champion.seed) + "\n";
   if (report.what_if) {
     text += "recorded: " + life_text(champion.recording) + "\n";
     text += "what if:  " + life_text(report.replayed) + "\n";
   } else {
     text += life_text(report.replayed) + "\n";
   }
-  text += census_text(report.replayed);
+  text += company_text(champion, report.replayed) + census_text(report.replayed);
   if (report.what_if) return text;
 
   if (report.matches())

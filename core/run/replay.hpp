@@ -14,6 +14,7 @@ namespace somas::run {
 struct ReplayOptions {
   std::filesystem::path run;
   std::optional<std::uint64_t> generation;  ///< default: the last
+  std::uint32_t population = 1;             ///< whose champion: 2 in mode coevolution only
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step

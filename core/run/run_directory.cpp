@@ -29,6 +29,14 @@ constexpr std::string_view individuals_header =
 constexpr std::string_view timing_header =
     "generation,seconds,evaluations_per_second,cell_steps_per_second,threads,finished\n";
 
+// Columns that only some modes have come last.
+std::string header_of(std::string_view columns, std::string_view company, evolution::Mode mode) {
+  std::string header(columns.substr(0, columns.size() - 1));
+  if (mode != evolution::Mode::solo) header += "," + std::string(company);
+  if (mode == evolution::Mode::coevolution) header += ",population";
+  return header + "\n";
+}
+
 std::string generation_line(const Generation& generation) {
   const evolution::Statistics& statistics = generation.statistics;
   const evolution::Individual& champion = generation.champion.individual;
@@ -52,13 +60,16 @@ std::string generation_line(const Generation& generation) {
       .add(generation.censored)
       .add(generation.refused_divisions)
       .add(generation.cell_steps);
+  if (!generation.opponents.empty()) line.add(outcome.biomass_share);
+  if (generation.champion.population != 0) line.add(generation.champion.population);
   return line.take();
 }
 
 std::string individual_lines(const Generation& generation) {
   std::string text;
   CsvLine line;
-  for (const evolution::Individual& individual : *generation.population) {
+  for (std::size_t k = 0; k < generation.population->size(); ++k) {
+    const evolution::Individual& individual = (*generation.population)[k];
     line.add(individual.id).add(generation.number);
     for (std::size_t i = 0; i < 2; ++i) {
       if (i < individual.parents.size())
@@ -69,6 +80,8 @@ std::string individual_lines(const Generation& generation) {
     line.add(evolution::name_of(individual.origin))
         .add(individual.fitness)
         .add(individual.genome.length());
+    if (!generation.opponents.empty()) line.add(generation.opponents[k]);
+    if (generation.champion.population != 0) line.add(generation.champion.population);
     text += line.take();
   }
   return text;
@@ -83,12 +96,14 @@ std::string now_utc() {
   return text;
 }
 
-std::string timing_line(const Generation& generation, const Timing& timing) {
+std::string timing_line(std::span<const Generation> populations, const Timing& timing) {
+  const Generation& generation = populations.front();
   const double seconds = std::max(timing.seconds, 1e-9);
+  double cell_steps = 0;
+  for (const Generation& one : populations) cell_steps += one.cell_steps;
   char rates[96];
   std::snprintf(rates, sizeof rates, "%.3f,%.1f,%.0f", timing.seconds,
-                static_cast<double>(generation.evaluations) / seconds,
-                generation.cell_steps / seconds);
+                static_cast<double>(generation.evaluations) / seconds, cell_steps / seconds);
   return std::to_string(generation.number) + "," + rates + "," + std::to_string(timing.threads) +
          "," + now_utc() + "\n";
 }
@@ -151,9 +166,10 @@ fs::path make_given_directory(const fs::path& given) {
 
 }  // namespace
 
-fs::path champion_path(const fs::path& run, std::uint64_t generation) {
+fs::path champion_path(const fs::path& run, std::uint64_t generation, std::uint32_t population) {
   std::string number = std::to_string(generation);
   if (number.size() < 4) number.insert(0, 4 - number.size(), '0');
+  if (population > 1) number += "-" + std::to_string(population);
   return run / "champions" / ("gen-" + number + ".json");
 }
 
@@ -175,7 +191,8 @@ std::uint64_t last_generation(const fs::path& run) {
   return *last;
 }
 
-std::optional<std::uint64_t> champion_id(const fs::path& run, std::uint64_t generation) {
+std::optional<std::uint64_t> champion_id(const fs::path& run, std::uint64_t generation,
+                                         std::uint32_t population) {
   const auto fields_of = [](const std::string& line) {
     std::vector<std::string> fields;
     std::istringstream in(line);
@@ -186,12 +203,15 @@ std::optional<std::uint64_t> champion_id(const fs::path& run, std::uint64_t gene
   std::string line;
   if (!std::getline(in, line)) return std::nullopt;
   const std::vector<std::string> names = fields_of(line);
-  const auto column = static_cast<std::size_t>(
-      std::find(names.begin(), names.end(), "champion_id") - names.begin());
-  const std::string number = std::to_string(generation);
+  const auto column_of = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  const std::size_t column = column_of("champion_id"), of_population = column_of("population");
+  const std::string number = std::to_string(generation), whose = std::to_string(population);
   while (std::getline(in, line)) {
     const std::vector<std::string> fields = fields_of(line);
     if (column >= fields.size() || fields[0] != number) continue;
+    if (of_population < fields.size() && fields[of_population] != whose) continue;
     const std::string& text = fields[column];
     std::uint64_t id = 0;
     const auto parsed = std::from_chars(text.data(), text.data() + text.size(), id);
@@ -214,7 +234,7 @@ fs::path make_run_directory(const std::optional<fs::path>& out, const std::strin
 
 RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experiment,
                            const Json& manifest, std::span<const GivenGenome> genomes)
-    : path_(std::move(path)), owners_(owners_of(experiment)) {
+    : path_(std::move(path)), owners_(owners_of(experiment)), mode_(experiment.evolution.mode) {
   try {
     create_file(path_ / "experiment.yaml", experiment.original_yaml);
   } catch (const WriteError& error) {
@@ -228,27 +248,37 @@ RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experime
   if (!genomes.empty()) make_directory(path_ / "genomes");
   for (std::size_t i = 0; i < genomes.size(); ++i)
     create_file(path_ / "genomes" / ("given-" + std::to_string(i) + ".json"), genomes[i].text);
-  individuals_.emplace(path_ / "individuals.csv", individuals_header);
+  individuals_.emplace(path_ / "individuals.csv",
+                       header_of(individuals_header, "opponents", mode_));
   timing_.emplace(path_ / "timing.csv", timing_header);
-  generations_.emplace(path_ / "generations.csv", generations_header);
+  generations_.emplace(path_ / "generations.csv",
+                       header_of(generations_header, "champion_biomass_share", mode_));
 }
 
-void RunDirectory::commit(const Generation& generation, const evolution::Heredity& heredity,
-                          const Timing& timing) {
-  const fs::path champion = champion_path(path_, generation.number);
-  create_file(champion, to_text(generation.champion, heredity, owners_));
+void RunDirectory::commit(std::span<const Generation> populations,
+                          const evolution::Heredity& heredity, const Timing& timing) {
+  std::vector<fs::path> champions;
+  std::string individuals, generations;
   int appended = 0;
   try {
-    individuals_->append(individual_lines(generation));
+    for (const Generation& generation : populations) {
+      const fs::path champion =
+          champion_path(path_, generation.number, generation.champion.population);
+      create_file(champion, to_text(generation.champion, heredity, owners_));
+      champions.push_back(champion);
+      individuals += individual_lines(generation);
+      generations += generation_line(generation);
+    }
+    individuals_->append(individuals);
     ++appended;
-    timing_->append(timing_line(generation, timing));
+    timing_->append(timing_line(populations, timing));
     ++appended;
-    generations_->append(generation_line(generation));
+    generations_->append(generations);
   } catch (...) {
     if (appended > 1) timing_->undo();
     if (appended > 0) individuals_->undo();
     std::error_code ignored;
-    fs::remove(champion, ignored);
+    for (const fs::path& champion : champions) fs::remove(champion, ignored);
     throw;
   }
 }

@@ -6,6 +6,7 @@
 #include "core/evaluation/thread_evaluator.hpp"
 #include "core/evolution/reproduction.hpp"
 #include "core/plugins/suggest.hpp"
+#include "core/run/contest.hpp"
 #include "core/run/progress.hpp"
 #include "core/run/run_directory.hpp"
 
@@ -60,7 +61,8 @@ class Run {
     terminal.line("run " + path.string() + ": " + plural(settings_.generations, "generation") +
                   " of " + std::to_string(settings_.population) + ", seed " +
                   std::to_string(experiment.seed) + ", " + plural(evaluator_.threads(), "thread"));
-    progress_.emplace(terminal, settings_.generations, evaluations());
+    progress_.emplace(terminal, settings_.generations,
+                      evolution::matches(settings_, experiment.seed, 0).size());
   }
 
   RunReport all_generations() {
@@ -86,11 +88,6 @@ class Run {
   }
 
  private:
-  /// Simulations a generation.
-  [[nodiscard]] std::uint64_t evaluations() const {
-    return std::uint64_t{settings_.population} * settings_.trials;
-  }
-
   /// False if stopped; then nothing of this generation reaches the disk.
   bool generation(std::uint64_t number) {
     const Clock::time_point begun = Clock::now();
@@ -99,94 +96,117 @@ class Run {
     const auto results = evaluate(number);
     if (!results) return false;
 
-    Generation record;
-    record.number = number;
-    record.population = &population_;
-    record.evaluations = evaluations();
-    absorb(*results, record);
-    record.statistics = evolution::statistics(population_);
-    const std::size_t best = evolution::rank(population_).front();
-    const evaluation::Row& expected = (*results)[best * settings_.trials].rows.front();
-    if (!record_champion(number, best, expected, record.champion)) return false;
+    std::vector<Generation> records(populations_.size());
+    for (std::size_t p = 0; p < populations_.size(); ++p) {
+      records[p].number = number;
+      records[p].population = &populations_[p];
+      absorb(*results, p, records[p]);
+      if (!record_champion(*results, p, records[p])) return false;
+    }
 
     const std::chrono::duration<double> seconds = Clock::now() - begun;
-    directory_->commit(record, heredity_, {seconds.count(), evaluator_.threads()});
-    note(record);
+    directory_->commit(records, heredity_, {seconds.count(), evaluator_.threads()});
+    note(records);
     return true;
   }
 
   void reproduce(std::uint64_t number) {
     try {
-      population_ = number == 0 ? evolution::initial(settings_, heredity_, experiment_.seed, given_)
-                                : evolution::next(settings_, heredity_, population_,
-                                                  experiment_.seed, number);
+      populations_.resize(evolution::population_count(settings_));
+      for (std::uint32_t p = 0; p < populations_.size(); ++p) {
+        const std::uint64_t seed = evolution::population_seed(experiment_.seed, p);
+        const auto given =
+            p == 0 ? std::span<const model::Genome>(given_) : std::span<const model::Genome>();
+        populations_[p] =
+            number == 0 ? evolution::initial(settings_, heredity_, seed, given)
+                        : evolution::next(settings_, heredity_, populations_[p], seed, number);
+      }
+      contest_.emplace(settings_, heredity_, experiment_.seed, number, populations_, former_);
     } catch (const model::PluginFailure& failure) {
       throw PluginError("generation " + std::to_string(number) + ": " + failure.what());
     }
   }
 
   std::optional<std::vector<evaluation::Result>> evaluate(std::uint64_t number) {
-    // All individuals face the same seeds.
-    std::vector<evaluation::Task> tasks;
-    tasks.reserve(evaluations());
-    for (const evolution::Individual& individual : population_)
-      for (std::uint32_t trial = 0; trial < settings_.trials; ++trial)
-        tasks.push_back(
-            single_task(individual.genome, evolution::trial_seed(experiment_.seed, number, trial)));
+    const std::vector<evaluation::Task> tasks = contest_->tasks();
     try {
       return evaluator_.evaluate(tasks, stop_, [this](std::size_t done) {
         if (progress_) progress_->update(done);
       });
     } catch (const evaluation::EvaluationError& error) {
-      fail(number, population_[error.task() / settings_.trials], tasks[error.task()].seed, error);
+      fail(number, error);
     }
   }
 
-  /// Keeps the genome that brought a plugin down, so that its author can try again.
-  [[noreturn]] void fail(std::uint64_t number, const evolution::Individual& individual,
-                         std::uint64_t seed, const evaluation::EvaluationError& error) {
+  /// Keeps the genomes that brought a plugin down, so that its author can try again.
+  [[noreturn]] void fail(std::uint64_t number, const evaluation::EvaluationError& error) {
     const std::filesystem::path file = directory_->path() / "failed-genome.json";
+    const evolution::Match& match = contest_->matches()[error.task()];
     Json json;
     json["generation"] = number;
-    json["id"] = individual.id;
-    json["seed"] = hex64(seed);
-    json["error"] = error.what();
-    json["genome"] = genome_to_json(individual.genome, heredity_, owners_of(experiment_));
+    std::string who;
+    if (match.seats.size() == 1) {
+      const evolution::Individual& individual = populations_[0][match.seats[0].index];
+      who = "individual " + std::to_string(individual.id);
+      json["id"] = individual.id;
+      json["seed"] = hex64(match.seed);
+      json["error"] = error.what();
+      json["genome"] = genome_to_json(individual.genome, heredity_, owners_of(experiment_));
+    } else {
+      who = "simulation " + std::to_string(error.task());
+      json["seed"] = hex64(match.seed);
+      json["error"] = error.what();
+      json["roster"] =
+          roster_to_json(contest_->roster(error.task()), heredity_, owners_of(experiment_));
+    }
     write_file(file, to_text(json));
-    const std::string text = "generation " + std::to_string(number) + ", individual " +
-                             std::to_string(individual.id) + ": " + error.what() +
-                             " (genome saved in " + file.string() + ")";
+    const std::string text = "generation " + std::to_string(number) + ", " + who + ": " +
+                             error.what() + " (genome saved in " + file.string() + ")";
     if (error.of_plugin()) throw PluginError(text);
     throw std::runtime_error(text);
   }
 
-  void absorb(const std::vector<evaluation::Result>& results, Generation& record) {
-    for (std::size_t i = 0; i < population_.size(); ++i) {
+  void absorb(const std::vector<evaluation::Result>& results, std::size_t population,
+              Generation& record) {
+    evolution::Population& members = populations_[population];
+    record.evaluations = results.size();
+    for (std::size_t i = 0; i < members.size(); ++i) {
       std::vector<double> trials;
-      for (std::size_t trial = 0; trial < settings_.trials; ++trial) {
-        const evaluation::Row& row = results[i * settings_.trials + trial].rows.front();
+      for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
+        const Contest::Part part = contest_->part(population, i, trial);
+        const evaluation::Row& row = results[part.match].rows[part.seat];
         trials.push_back(row.score);
         record.censored += row.outcome.censored ? 1 : 0;
         record.refused_divisions += row.outcome.refused_divisions;
         record.cell_steps += row.outcome.cell_steps;
       }
-      evolution::assign_fitness(population_[i], std::move(trials));
+      evolution::assign_fitness(members[i], std::move(trials));
+      if (settings_.mode != evolution::Mode::solo)
+        record.opponents.push_back(contest_->opponents(population, i));
     }
+    record.statistics = evolution::statistics(members);
   }
 
-  /// Simulates the best once more, step by step. False if stopped.
-  bool record_champion(std::uint64_t number, std::size_t best, const evaluation::Row& expected,
-                       Champion& champion) {
+  /// Simulates the best of a population once more, step by step. False if stopped.
+  bool record_champion(const std::vector<evaluation::Result>& results, std::size_t population,
+                       Generation& record) {
+    const std::size_t best = evolution::rank(populations_[population]).front();
+    const Contest::Part part = contest_->part(population, best, 0);
+    const evaluation::Row& expected = results[part.match].rows[part.seat];
+    Champion& champion = record.champion;
     champion.experiment = experiment_.name;
-    champion.generation = number;
-    champion.individual = population_[best];
-    champion.seed = evolution::trial_seed(experiment_.seed, number, 0);
-    auto recording = record(ecosystem_, champion.individual.genome, champion.seed, stop_);
+    champion.generation = record.number;
+    if (populations_.size() > 1) champion.population = static_cast<std::uint32_t>(population) + 1;
+    champion.individual = populations_[population][best];
+    champion.seed = contest_->matches()[part.match].seed;
+    champion.roster = contest_->roster(part.match);
+    champion.own_seat = part.seat;
+    auto recording = run::record(ecosystem_, task_of(champion), part.seat, stop_);
     if (!recording) return false;
     if (recording->outcome.survival != expected.outcome.survival ||
         recording->score != expected.score)
       throw std::runtime_error(
-          "generation " + std::to_string(number) + ", individual " +
+          "generation " + std::to_string(record.number) + ", individual " +
           std::to_string(champion.individual.id) + ": survived " +
           std::to_string(expected.outcome.survival) + " steps when evaluated and " +
           std::to_string(recording->outcome.survival) +
@@ -195,13 +215,20 @@ class Run {
     return true;
   }
 
-  void note(const Generation& record) {
-    if (report_.generations == 0 || record.statistics.best > report_.best) {
+  void note(const std::vector<Generation>& records) {
+    bool first = report_.generations == 0;
+    for (const Generation& record : records) {
+      if (!first && record.statistics.best <= report_.best) continue;
       report_.best = record.statistics.best;
       report_.best_generation = record.number;
+      first = false;
     }
-    report_.generations = record.number + 1;
-    if (progress_) progress_->end_generation(record.statistics);
+    report_.generations = records.front().number + 1;
+    if (settings_.mode == evolution::Mode::hall_of_fame) {
+      const evolution::Individual& champion = records.front().champion.individual;
+      former_.push_back({champion.id, champion.genome});
+    }
+    if (progress_) progress_->end_generation(records.front().statistics);
   }
 
   void summarize(const char* status) {
@@ -225,7 +252,9 @@ class Run {
   std::vector<model::Genome> given_;
   std::optional<RunDirectory> directory_;
   std::optional<Progress> progress_;
-  evolution::Population population_;
+  std::vector<evolution::Population> populations_;
+  std::vector<FormerChampion> former_;  ///< by generation, for the hall of fame
+  std::optional<Contest> contest_;      ///< of the present generation
   RunReport report_;
 };
 

@@ -156,8 +156,8 @@ TEST_F(Overrides, AddAnEnvironment) {
 TEST_F(Overrides, NameUnknownPaths) {
   EXPECT_EQ(refused("world.raduis=5"),
             "--set world.raduis=5: world.raduis: unknown key; allowed: radius, max_steps, "
-            "max_cells, warm_up_steps, morphogens, mechanics, metabolism, cycle; did you mean "
-            "'radius'?");
+            "max_cells, warm_up_steps, morphogens, mechanics, metabolism, strangers, cycle; did "
+            "you mean 'radius'?");
   EXPECT_EQ(refused("world.morphogens.kinds.3.attenuation=0"),
             "--set world.morphogens.kinds.3.attenuation=0: world.morphogens.kinds.3: no such "
             "element; the list has 3");

@@ -26,9 +26,10 @@ class Messages : public Files {
 };
 
 TEST_F(Messages, UnknownKey) {
-  EXPECT_EQ(about_world("raduis: 5"),
-            "e.yaml:2:3: world.raduis: unknown key; allowed: radius, max_steps, max_cells, "
-            "warm_up_steps, morphogens, mechanics, metabolism, cycle; did you mean 'radius'?");
+  EXPECT_EQ(
+      about_world("raduis: 5"),
+      "e.yaml:2:3: world.raduis: unknown key; allowed: radius, max_steps, max_cells, "
+      "warm_up_steps, morphogens, mechanics, metabolism, strangers, cycle; did you mean 'radius'?");
   EXPECT_EQ(about_parameter("nummer: 5"),
             "e.yaml:3:5: environments.toy_parameters.nummer: unknown key; allowed: number, maybe, "
             "integer, flag, text, word, numbers, table, inner, list, fault, plugin; did you mean "

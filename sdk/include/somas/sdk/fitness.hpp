@@ -19,6 +19,9 @@ struct Outcome {
   std::uint32_t final_cells = 0;
   std::uint32_t peak_cells = 0;
   double cell_steps = 0;  ///< live cells summed over steps
+  /// Own live cells over those of all organisms in the world, averaged over the steps that somebody
+  /// ended alive; 1 for an organism alone, 0 without such a step.
+  double biomass_share = 0;
 };
 
 class Fitness {
