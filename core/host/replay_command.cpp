@@ -1,6 +1,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <string_view>
 #include <system_error>
 
@@ -107,6 +108,8 @@ void check_outputs(const ReplayCommand& command) {
 }  // namespace
 
 int execute(const ReplayCommand& command, run::Terminal& terminal) {
+  // A file that may not grow is an error to report, not a death by signal.
+  std::signal(SIGXFSZ, SIG_IGN);
   check_moments(command);
   check_outputs(command);
   const std::optional<fs::path> state_file = state_file_of(command);
