@@ -68,6 +68,10 @@ void check_moments(const ReplayCommand& command) {
 std::optional<fs::path> state_file_of(const ReplayCommand& command) {
   if (!command.save) return std::nullopt;
   if (command.save_state) {
+    for (const auto& other : {command.csv, command.anatomy_csv})
+      if (other && run::target_of(*other) == run::target_of(*command.save_state))
+        throw run::UsageError("--save-state and another output name the same file: " +
+                              command.save_state->string());
     refuse_file_of_run("--save-state", *command.save_state, command.run);
     run::check_output(*command.save_state);
     return command.save_state;
