@@ -49,11 +49,16 @@ std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& ta
   }
 
   model::Simulation simulation(ecosystem, roster, task.seed);
-  if (!run(simulation, stop, observe)) return std::nullopt;
+  return complete(simulation, stop, observe);
+}
 
+std::optional<Result> complete(model::Simulation& simulation, StopToken stop,
+                               const StepObserver& observe) {
+  if (!run(simulation, stop, observe)) return std::nullopt;
+  const Fitness& fitness = simulation.ecosystem().fitness();
   Result result;
   for (const Outcome& outcome : simulation.outcomes())
-    result.rows.push_back({outcome, score_of(ecosystem.fitness(), outcome)});
+    result.rows.push_back({outcome, score_of(fitness, outcome)});
   return result;
 }
 

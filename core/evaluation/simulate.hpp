@@ -17,4 +17,8 @@ using StepObserver = std::function<void(const model::Simulation&)>;
 [[nodiscard]] std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task,
                                              StopToken stop = {}, const StepObserver& observe = {});
 
+/// The same from where `simulation` is now.
+[[nodiscard]] std::optional<Result> complete(model::Simulation& simulation, StopToken stop = {},
+                                             const StepObserver& observe = {});
+
 }  // namespace somas::evaluation

@@ -56,6 +56,8 @@ struct Options {
   ReplayCommand replay;
   CompeteCommand compete;
   std::string opponents;  ///< --against
+  std::string save_state;
+  CLI::Option* save_option = nullptr;
   std::optional<std::uint64_t> seed, generations;
 };
 
@@ -142,6 +144,29 @@ void add_describe(CLI::App& parser, Options& options) {
   add_plugin_path(app, describe.plugin_path);
 }
 
+void add_moments(CLI::App& app, Options& options) {
+  ReplayCommand& replay = options.replay;
+  app.add_option("--from-step", replay.from_step,
+                 "Begin before this step; --set and --wound hold from there on")
+      ->type_name("N")
+      ->check(whole_number(0, UINT64_MAX));
+  app.add_option("--from-state", replay.from_state, "Begin with a state that --save-state wrote")
+      ->type_name("FILE");
+  app.add_option("--wound", replay.wounds,
+                 "Remove the cells whose centre lies in a disc, at the step where the replay "
+                 "begins; may be repeated")
+      ->type_name("X,Y,RADIUS")
+      ->allow_extra_args(false);
+  options.save_option = app.add_option("--save-state", options.save_state,
+                                       "Write the world before the step of --at-step; default "
+                                       "RUN/states/gen-NNNN-step-NNNNNN.state")
+                            ->type_name("[FILE]")
+                            ->expected(0, 1);
+  app.add_option("--at-step", replay.at_step, "The step of --save-state")
+      ->type_name("N")
+      ->check(whole_number(1, UINT64_MAX));
+}
+
 void add_replay(CLI::App& parser, Options& options) {
   ReplayCommand& replay = options.replay;
   CLI::App& app = *parser.add_subcommand(
@@ -164,6 +189,7 @@ void add_replay(CLI::App& parser, Options& options) {
       ->type_name("FILE");
   app.add_option("--csv", replay.csv, "Write cells by state and the world's hash of every step")
       ->type_name("FILE");
+  add_moments(app, options);
   add_plugin_path(app, replay.plugin_path);
 }
 
@@ -216,6 +242,9 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("validate")) return options.validate;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
+  options.replay.save = options.save_option->count() > 0;
+  if (options.replay.save && !options.save_state.empty())
+    options.replay.save_state = options.save_state;
   return options.replay;
 }
 

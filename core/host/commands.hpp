@@ -54,6 +54,12 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> csv;
   bool anatomy = false;
   std::optional<std::filesystem::path> anatomy_csv;
+  std::optional<std::uint64_t> from_step;
+  std::optional<std::filesystem::path> from_state;
+  std::vector<std::string> wounds;                  ///< X,Y,RADIUS
+  bool save = false;                                ///< --save-state
+  std::optional<std::filesystem::path> save_state;  ///< default: in RUN/states
+  std::optional<std::uint64_t> at_step;
 };
 
 /// somas-host compete FILE

@@ -1,4 +1,7 @@
 #include <array>
+#include <charconv>
+#include <cmath>
+#include <csignal>
 #include <string_view>
 #include <system_error>
 
@@ -8,15 +11,18 @@
 #include "core/run/errors.hpp"
 #include "core/run/files.hpp"
 #include "core/run/replay.hpp"
+#include "core/run/run_directory.hpp"
+#include "core/run/state_file.hpp"
 
 namespace somas::host {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 10> files_of_a_run = {
-    "experiment.yaml", "resolved.yaml", "manifest.json",      "generations.csv", "individuals.csv",
-    "timing.csv",      "summary.json",  "failed-genome.json", "champions",       "genomes"};
+constexpr std::array<std::string_view, 11> files_of_a_run = {
+    "experiment.yaml", "resolved.yaml", "manifest.json", "generations.csv",
+    "individuals.csv", "timing.csv",    "summary.json",  "failed-genome.json",
+    "champions",       "genomes",       "states"};
 
 // A record that a replay overwrites proves nothing any more.
 void refuse_file_of_run(const char* option, const fs::path& file, const fs::path& run) {
@@ -27,6 +33,63 @@ void refuse_file_of_run(const char* option, const fs::path& file, const fs::path
     if (*inside.begin() == fs::path(name))
       throw run::UsageError(std::string(option) + ": " + file.string() +
                             " belongs to the run, and is never overwritten; name another file");
+}
+
+model::Wound wound_of(const std::string& text) {
+  std::array<double, 3> numbers{};
+  const char* at = text.data();
+  const char* end = at + text.size();
+  for (std::size_t i = 0; i < numbers.size() && at != nullptr; ++i) {
+    const auto read = std::from_chars(at, end, numbers[i]);
+    const bool closed =
+        i + 1 < numbers.size() ? read.ptr != end && *read.ptr == ',' : read.ptr == end;
+    at = read.ec == std::errc{} && closed && std::isfinite(numbers[i]) ? read.ptr + 1 : nullptr;
+  }
+  if (at == nullptr || !(numbers[2] > 0))
+    throw run::UsageError("--wound: '" + text +
+                          "' is not X,Y,RADIUS, three numbers, the radius greater than 0");
+  return {.x = numbers[0], .y = numbers[1], .radius = numbers[2]};
+}
+
+void check_moments(const ReplayCommand& command) {
+  if (command.from_step && command.from_state)
+    throw run::UsageError("--from-step and --from-state say both where to begin; give one of them");
+  if (!command.wounds.empty() && !command.from_step && !command.from_state)
+    throw run::UsageError("--wound needs --from-step or --from-state: when is the wound?");
+  if (command.save != command.at_step.has_value())
+    throw run::UsageError(command.save
+                              ? "--save-state needs --at-step: the state before which step?"
+                              : "--at-step belongs to --save-state");
+  if (command.save && (!command.overrides.empty() || !command.wounds.empty()))
+    throw run::UsageError("--save-state is for the recorded life, without --set and --wound");
+}
+
+/// Where --save-state writes; nothing if it is not asked for.
+std::optional<fs::path> state_file_of(const ReplayCommand& command) {
+  if (!command.save) return std::nullopt;
+  if (command.save_state) {
+    for (const auto& other : {command.csv, command.anatomy_csv})
+      if (other && run::target_of(*other) == run::target_of(*command.save_state))
+        throw run::UsageError("--save-state and another output name the same file: " +
+                              command.save_state->string());
+    refuse_file_of_run("--save-state", *command.save_state, command.run);
+    run::check_output(*command.save_state);
+    return command.save_state;
+  }
+  const std::uint64_t generation =
+      command.generation ? *command.generation : run::last_generation(command.run);
+  const fs::path file = run::state_path(command.run, generation, command.population, *command.at_step);
+  // A directory that cannot be made is told before the life is simulated.
+  std::error_code error;
+  run::check_output(fs::is_directory(file.parent_path(), error) ? file : file.parent_path());
+  return file;
+}
+
+void write_state(const fs::path& file, const run::SavedState& state, bool in_run) {
+  std::error_code error;
+  if (in_run) fs::create_directory(file.parent_path(), error);
+  if (error) throw run::WriteError(file.parent_path(), error.value());
+  run::write_output(file, to_text(state));
 }
 
 void check_outputs(const ReplayCommand& command) {
@@ -49,14 +112,23 @@ void check_outputs(const ReplayCommand& command) {
 }  // namespace
 
 int execute(const ReplayCommand& command, run::Terminal& terminal) {
+  // A file that may not grow is an error to report, not a death by signal.
+  std::signal(SIGXFSZ, SIG_IGN);
+  check_moments(command);
   check_outputs(command);
+  const std::optional<fs::path> state_file = state_file_of(command);
   report::Anatomy anatomy;
   run::ReplayOptions options{.run = command.run,
                              .generation = command.generation,
                              .population = command.population,
                              .overrides = command.overrides,
                              .plugin_directories = command.plugin_path,
-                             .observer = {}};
+                             .observer = {},
+                             .from_step = command.from_step,
+                             .from_state = command.from_state,
+                             .wounds = {},
+                             .save_at = command.at_step};
+  for (const std::string& wound : command.wounds) options.wounds.push_back(wound_of(wound));
   if (command.anatomy || command.anatomy_csv)
     options.observer = [&](const model::Simulation& world) {
       if (world.state().organisms.size() > 1)
@@ -69,6 +141,13 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
   print(to_text(replayed));
   if (command.anatomy) print("anatomy\n" + anatomy.to_text());
   if (command.anatomy_csv) run::write_output(*command.anatomy_csv, anatomy.to_csv());
+  if (state_file && replayed.saved) {
+    write_state(*state_file, *replayed.saved, !command.save_state);
+    print("state before step " + std::to_string(replayed.saved->step) + ": " +
+          state_file->string() + "\n");
+  } else if (state_file) {
+    terminal.line("warning: no state is saved: the life up to it is not the recorded one");
+  }
   if (command.csv) run::write_output(*command.csv, run::to_csv(replayed.replayed));
   return replayed.matches() ? exit_ok : exit_not_reproduced;
 }

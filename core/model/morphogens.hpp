@@ -20,6 +20,12 @@ struct Footprint {
 
 class MorphogenFields {
  public:
+  /// Squares of a kind that may hold anything, inclusive; empty when left > right.
+  struct Box {
+    std::uint32_t left = 1, right = 0, bottom = 1, top = 0;
+    friend bool operator==(const Box&, const Box&) = default;
+  };
+
   MorphogenFields() = default;
   explicit MorphogenFields(const MorphogenGrid& grid);
 
@@ -39,6 +45,8 @@ class MorphogenFields {
     return now_[kind][index(column, row)];
   }
   void set(std::size_t kind, std::uint32_t column, std::uint32_t row, float value);
+  /// Every square outside it is 0.
+  [[nodiscard]] const Box& box(std::size_t kind) const { return boxes_[kind]; }
   /// Square centres along either axis.
   [[nodiscard]] double centre(std::uint32_t i) const {
     return (static_cast<double>(i) + 0.5) * side_ + low_;
@@ -49,11 +57,6 @@ class MorphogenFields {
  private:
   /// Zeros round the grid: a block whose middle lies one off it stays within the storage.
   static constexpr std::uint32_t padding = 2;
-
-  /// Squares that may hold anything, inclusive; empty when low > high.
-  struct Box {
-    std::uint32_t left = 1, right = 0, bottom = 1, top = 0;
-  };
 
   [[nodiscard]] std::size_t index(std::uint32_t column, std::uint32_t row) const {
     return static_cast<std::size_t>(row + padding) * stride_ + column + padding;

@@ -239,20 +239,44 @@ void Simulation::bury() {
     if (!(cells.x[i] * cells.x[i] + cells.y[i] * cells.y[i] <= limit)) cells.kill(i, cause_outside);
     if (cells.dead[i] == 0) continue;
     any = true;
-    OrganismState& organism = state_.organisms[cells.organism[i]];
-    Ledger& ledger = organism.ledger;
-    (cells.cause[i] == cause_outside ? ledger.lost_outside : ledger.lost_death) +=
-        cells.ambrosia[i];
-    ledger.energy_lost += cells.energy[i];
-    ++organism.deaths[cells.cause[i]];
-    if (--organism.live > 0) continue;
-    organism.outcome.survival = state_.step;
-    organism.fields = MorphogenFields(ecosystem_.config().morphogens);
+    ++state_.organisms[cells.organism[i]].deaths[cells.cause[i]];
+    lose(i, cells.cause[i] == cause_outside ? &Ledger::lost_outside : &Ledger::lost_death);
   }
-  if (!any) return;
-  reorganiser_.run(cells, cells.dead);
+  if (any) remove(cells.dead);
+}
+
+void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
+  const CellStore& cells = state_.cells;
+  OrganismState& organism = state_.organisms[cells.organism[cell]];
+  organism.ledger.*lost += cells.ambrosia[cell];
+  organism.ledger.energy_lost += cells.energy[cell];
+  if (--organism.live > 0) return;
+  organism.outcome.survival = state_.step;
+  organism.fields = MorphogenFields(ecosystem_.config().morphogens);
+}
+
+void Simulation::remove(std::span<const std::uint8_t> marked) {
+  reorganiser_.run(state_.cells, marked);
   mechanics_.invalidate();
   state_.contacts.remap(reorganiser_.new_index());
+}
+
+std::uint32_t Simulation::wound(const Wound& wound) {
+  const CellStore& cells = state_.cells;
+  std::vector<std::uint8_t> marked(cells.size(), 0);
+  std::uint32_t removed = 0;
+  for (const std::uint32_t i : cells.order) {
+    const double dx = cells.x[i] - wound.x, dy = cells.y[i] - wound.y;
+    if (!(dx * dx + dy * dy <= wound.radius * wound.radius)) continue;
+    marked[i] = 1;
+    ++removed;
+    lose(i, &Ledger::lost_death);
+  }
+  if (removed == 0) return 0;
+  remove(marked);
+  const bool over = cells.size() == 0 && !state_.finished;
+  if (over) finish();
+  return removed;
 }
 
 void Simulation::end_step() {
@@ -269,8 +293,11 @@ void Simulation::end_step() {
   }
   const bool stopped = view_.observe();
   ++state_.step;
-  state_.finished = living == 0 || stopped || state_.step >= ecosystem_.config().max_steps;
-  if (!state_.finished) return;
+  if (living == 0 || stopped || state_.step >= ecosystem_.config().max_steps) finish();
+}
+
+void Simulation::finish() {
+  state_.finished = true;
   for (OrganismState& organism : state_.organisms) {
     organism.outcome.final_cells = organism.live;
     if (state_.inhabited_steps > 0)

@@ -1,6 +1,7 @@
 // One simulation: a roster of organisms in one world, from the founders to the last death.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -25,11 +26,21 @@ struct RosterEntry {
   double x = 0, y = 0;
 };
 
+/// A disc in the plane.
+struct Wound {
+  double x = 0, y = 0, radius = 0;
+};
+
 class Simulation {
  public:
   /// The ecosystem and phenotypes must outlive the simulation. Throws PluginFailure, or
   /// std::invalid_argument for an empty roster or repeated keys.
   Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster, std::uint64_t seed);
+  /// Goes on where `save` (core/model/snapshot.hpp) left off; phenotypes in roster order. Lives on
+  /// as the saved simulation does, to the last bit. Throws SnapshotError, saying what differs, for
+  /// bytes of another experiment or roster, and for damaged ones.
+  Simulation(const Ecosystem& ecosystem, std::span<const Phenotype* const> phenotypes,
+             std::span<const std::byte> snapshot);
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
@@ -47,6 +58,10 @@ class Simulation {
   /// cells call `restructured`.
   [[nodiscard]] WorldState& mutable_state() { return state_; }
   void restructured();
+  /// Takes away the live cells whose centre lies in a disc (on its edge, too), between steps; what
+  /// they held counts as lost with the dead, but under no cause. Returns how many. An organism that
+  /// loses its last cell ends here: its survival is the step that would come next.
+  std::uint32_t wound(const Wound& wound);
 
   /// One per roster entry, in roster order.
   [[nodiscard]] std::vector<Outcome> outcomes() const;
@@ -65,7 +80,10 @@ class Simulation {
   void reorganise();
   void move();
   void bury();
+  void lose(std::uint32_t cell, Sum Ledger::*lost);
+  void remove(std::span<const std::uint8_t> marked);
   void end_step();
+  void finish();
 
   const Ecosystem& ecosystem_;
   WorldState state_;

@@ -34,7 +34,7 @@ class TableStore final : public Table {
 class Sum {
  public:
   Sum() = default;
-  explicit Sum(double start) : sum_(start) {}
+  explicit Sum(double start, double error = 0) : sum_(start), error_(error) {}
   Sum& operator+=(double x) {
     const double next = sum_ + x;
     const bool sum_is_larger = (sum_ < 0 ? -sum_ : sum_) >= (x < 0 ? -x : x);
@@ -43,6 +43,9 @@ class Sum {
     return *this;
   }
   [[nodiscard]] double value() const { return sum_ + error_; }
+  /// The two parts of the value: what plain addition gives, and what it lost.
+  [[nodiscard]] double sum() const { return sum_; }
+  [[nodiscard]] double error() const { return error_; }
 
  private:
   double sum_ = 0, error_ = 0;

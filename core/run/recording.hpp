@@ -13,8 +13,9 @@
 namespace somas::run {
 
 /// One organism's life, alone or in company, step by step. An entry of a step tells the world after
-/// it.
+/// it; the first entry is that of `first_step`.
 struct Recording {
+  std::uint64_t first_step = 0;
   std::vector<std::string> states;                 ///< names, by index
   std::vector<std::uint64_t> hashes;               ///< of the whole world, by step
   std::vector<std::vector<std::uint32_t>> census;  ///< live cells, by state, then step
@@ -41,8 +42,13 @@ using Observer = std::function<void(const model::Simulation&)>;
                                               evaluation::StopToken stop = {},
                                               const Observer& observer = {});
 
-/// The first step (from 0) at which two recordings differ: in a hash, in the cells of a state, or
-/// because only one of them got that far. Nothing if they are equal.
+/// The two halves of recording by hand: an empty one, and adding the step that is just over, for
+/// the organism at place `own` of the roster.
+[[nodiscard]] Recording begin_recording(const model::Tree& tree);
+void observe_step(const model::Simulation& simulation, std::size_t own, Recording& recording);
+
+/// The first step at which two recordings with the same first step differ: in a hash, in the cells
+/// of a state, or because only one of them got that far. Nothing if they are equal.
 [[nodiscard]] std::optional<std::uint64_t> first_difference(const Recording& a, const Recording& b);
 
 /// "step,<state>...,cells,hash", a line a step.

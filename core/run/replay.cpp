@@ -4,8 +4,10 @@
 #include <cstdio>
 
 #include "core/experiment/experiment.hpp"
+#include "core/model/snapshot.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/run/manifest.hpp"
+#include "core/run/midlife.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
@@ -14,12 +16,14 @@ namespace {
 using plugins::plural;
 
 /// The experiment as it was resolved then, with today's plugins.
-experiment::Experiment load_resolved(const ReplayOptions& options, ReplayReport& report) {
+experiment::Experiment load_resolved(const ReplayOptions& options,
+                                     const std::vector<std::string>& overrides,
+                                     ReplayReport& report) {
   const std::filesystem::path file = options.run / "resolved.yaml";
   const std::filesystem::path manifest_file = options.run / "manifest.json";
   const Json manifest = parse_json(read_file(manifest_file), manifest_file.string());
 
-  experiment::LoadOptions load{options.overrides, options.plugin_directories};
+  experiment::LoadOptions load{overrides, options.plugin_directories};
   if (load.plugin_directories.empty())
     load.plugin_directories = plugin_path_of(manifest, manifest_file.string());
   experiment::Experiment experiment = experiment::load(file, load);
@@ -58,6 +62,7 @@ std::string cells_at(const Recording& recording, std::size_t step) {
 }
 
 std::string step_text(const Recording& recording, std::size_t step) {
+  step -= recording.first_step;
   if (step >= recording.hashes.size()) return "ended before it";
   return "hash " + hex64(recording.hashes[step]) + ", cells " + cells_at(recording, step);
 }
@@ -89,7 +94,7 @@ void check_identity(const Champion& champion, std::uint64_t generation, std::uin
 }
 
 std::vector<std::string> differences(const Champion& champion, const Recording& replayed) {
-  const Recording& recorded = champion.recording;
+  const Recording recorded = rest_of(champion.recording, replayed.first_step);
   std::vector<std::string> found;
   if (recorded.states != replayed.states) found.emplace_back("the states of cells are others");
   if (const auto step = first_difference(recorded, replayed))
@@ -148,17 +153,100 @@ std::string census_text(const Recording& recording) {
   const std::size_t steps = recording.hashes.size();
   const std::size_t stride = std::max<std::size_t>(1, (steps + 9) / 10);
   for (std::size_t step = 0; step < steps; step += stride)
-    text += "  step " + std::to_string(step) + ": " + cells_at(recording, step) + "\n";
+    text += "  step " + std::to_string(recording.first_step + step) + ": " +
+            cells_at(recording, step) + "\n";
   if (steps > 0 && (steps - 1) % stride != 0)
-    text += "  step " + std::to_string(steps - 1) + ": " + cells_at(recording, steps - 1) + "\n";
+    text += "  step " + std::to_string(recording.first_step + steps - 1) + ": " +
+            cells_at(recording, steps - 1) + "\n";
   return text;
+}
+
+// What changes in mid-life must leave what there is its meaning.
+void check_same_kind(const experiment::Experiment& then, const experiment::Experiment& now,
+                     const Champion& champion) {
+  const auto same = [](const char* kind, const std::string& was, const std::string& is) {
+    if (was != is)
+      throw UsageError("--set: in mid-life the " + std::string(kind) + " cannot change from '" +
+                       was + "' to '" + is + "'");
+  };
+  same("controller", then.controller.id, now.controller.id);
+  same("specialization", then.specialization.id, now.specialization.id);
+  try {
+    const evolution::Heredity heredity(*now.ecosystem);
+    for (const evaluation::Organism& organism : task_of(champion).roster)
+      heredity.check(*organism.genome);
+  } catch (const std::exception& error) {
+    throw UsageError(
+        std::string("--set: cannot be changed in mid-life, the genome would not fit: ") +
+        error.what());
+  }
+}
+
+// Keeps the state that is asked for when its step has come.
+Observer saving(const ReplayOptions& options, ReplayReport& report) {
+  return [&options, &report](const model::Simulation& world) {
+    if (options.observer) options.observer(world);
+    if (options.save_at != world.steps_done() || world.finished()) return;
+    const std::uint64_t hash = world.hash();
+    if (hash == report.recorded.recording.hashes[world.steps_done() - 1])
+      report.saved = state_of(report.recorded, world.steps_done(), hash, model::save(world));
+  };
+}
+
+/// Replays from a moment on; false where the life up to there is not the recorded one.
+bool replay_rest(const ReplayOptions& options, const experiment::Experiment& then,
+                 ReplayReport& report) {
+  const Champion& champion = report.recorded;
+  const std::optional<Moment> moment =
+      options.from_state
+          ? moment_in(*options.from_state, champion, *then.ecosystem)
+          : moment_before(*options.from_step, options.run, champion, *then.ecosystem);
+  if (!moment) return false;
+  if (options.save_at && *options.save_at <= moment->step)
+    throw UsageError("--at-step " + std::to_string(*options.save_at) + " is not after step " +
+                     std::to_string(moment->step) + ", at which the replay begins");
+  std::optional<experiment::Experiment> changed;
+  if (!options.overrides.empty()) {
+    ReplayReport told;  // plugins have been compared already
+    changed = load_resolved(options, options.overrides, told);
+    check_same_kind(then, *changed, champion);
+  }
+  const model::Ecosystem& ecosystem = changed ? *changed->ecosystem : *then.ecosystem;
+  try {
+    Life life = live_from(ecosystem, champion, moment->world);
+    report.beginning = Beginning{.step = moment->step, .file = moment->file, .removed = {}};
+    for (const model::Wound& wound : options.wounds)
+      report.beginning->removed.push_back(life.simulation->wound(wound));
+    report.replayed = record_rest(life, champion.own_seat, saving(options, report));
+  } catch (const model::SnapshotError& error) {
+    throw UsageError(std::string("--set: cannot be changed in mid-life: ") + error.what());
+  }
+  return true;
+}
+
+void check_moments(const ReplayOptions& options, const Champion& champion) {
+  if (!options.save_at) return;
+  const std::size_t steps = champion.recording.hashes.size();
+  if (*options.save_at == 0 || *options.save_at >= steps)
+    throw UsageError("--at-step " + std::to_string(*options.save_at) +
+                     ": the recorded life has states before steps 1 to " +
+                     std::to_string(steps == 0 ? 0 : steps - 1));
+}
+
+std::string beginning_text(const Beginning& beginning) {
+  std::string text = "from step " + std::to_string(beginning.step);
+  if (beginning.file) text += ", with the state of " + beginning.file->string();
+  for (const std::uint32_t removed : beginning.removed)
+    text += "; wound: " + plural(removed, "cell") + " removed";
+  return text + "\n";
 }
 
 }  // namespace
 
 ReplayReport replay(const ReplayOptions& options) {
   ReplayReport report;
-  report.what_if = !options.overrides.empty();
+  report.what_if = !options.overrides.empty() || !options.wounds.empty();
+  const bool in_mid_life = options.from_step || options.from_state;
   const std::uint64_t generation =
       options.generation ? *options.generation : last_generation(options.run);
   const std::filesystem::path file = champion_path(options.run, generation, options.population);
@@ -171,15 +259,26 @@ ReplayReport replay(const ReplayOptions& options) {
                      " has no champion: " + file.string() + " does not exist; the last one is " +
                      std::to_string(last_generation(options.run)));
 
-  const experiment::Experiment experiment = load_resolved(options, report);
+  const experiment::Experiment experiment =
+      load_resolved(options, in_mid_life ? std::vector<std::string>{} : options.overrides, report);
   const evolution::Heredity heredity(*experiment.ecosystem);
   report.recorded = parse_champion(read_file(file), file.string(), heredity, owners_of(experiment));
   check_identity(report.recorded, generation, options.population, options.run, file.string());
   if (!report.recorded.genes_match_bytes) report.warnings.push_back(edited_warning(file.string()));
   make_fit(report.recorded, heredity, report, file.string());
+  check_moments(options, report.recorded);
 
-  report.replayed = *record(*experiment.ecosystem, task_of(report.recorded),
-                            report.recorded.own_seat, {}, options.observer);
+  const bool begun = in_mid_life && replay_rest(options, experiment, report);
+  if (in_mid_life && !begun) {
+    // Where there is no such moment, the whole life shows what differs first.
+    report.warnings.push_back(
+        "the life up to the step asked for is not the recorded one; replaying "
+        "all of it, unchanged");
+    report.what_if = false;
+  }
+  if (!begun)
+    report.replayed = *record(*experiment.ecosystem, task_of(report.recorded),
+                              report.recorded.own_seat, {}, saving(options, report));
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())
@@ -198,6 +297,7 @@ std::string to_text(const ReplayReport& report) {
       ", individual " + std::to_string(champion.individual.id) + " (" +
       std::string(evolution::name_of(champion.individual.origin)) + "), seed " +
       hex64(champion.seed) + "\n";
+  if (report.beginning) text += beginning_text(*report.beginning);
   if (report.what_if) {
     text += "recorded: " + life_text(champion.recording) + "\n";
     text += "what if:  " + life_text(report.replayed) + "\n";
@@ -208,7 +308,9 @@ std::string to_text(const ReplayReport& report) {
   if (report.what_if) return text;
 
   if (report.matches())
-    text += "reproduced: survival and all " + steps + " step hashes equal\n";
+    text += "reproduced: survival and all " + steps + " step hashes" +
+            (report.beginning ? " from step " + std::to_string(report.beginning->step) : "") +
+            " equal\n";
   else
     text += "NOT reproduced:\n";
   for (const std::string& difference : report.differences) text += "  " + difference + "\n";

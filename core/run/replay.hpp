@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/run/champion.hpp"
+#include "core/run/state_file.hpp"
 
 namespace somas::run {
 
@@ -18,12 +19,27 @@ struct ReplayOptions {
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step
+  /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from
+  /// there on, and must leave the vocabulary of the world and the genome's fit as they are.
+  std::optional<std::uint64_t> from_step;
+  std::optional<std::filesystem::path> from_state;
+  std::vector<model::Wound> wounds;      ///< at the beginning; any makes the replay a what-if
+  std::optional<std::uint64_t> save_at;  ///< the state to keep: that before this step
+};
+
+/// The beginning of a replay in mid-life.
+struct Beginning {
+  std::uint64_t step = 0;
+  std::optional<std::filesystem::path> file;  ///< the state file that it came from
+  std::vector<std::uint32_t> removed;         ///< cells, by wound
 };
 
 struct ReplayReport {
   Champion recorded;
   Recording replayed;
   bool what_if = false;
+  std::optional<Beginning> beginning;    ///< of a replay in mid-life
+  std::optional<SavedState> saved;       ///< where the life up to it is the recorded one
   std::vector<std::string> warnings;     ///< plugins that changed, an edited genome
   std::vector<std::string> differences;  ///< from the record, the first step first; empty: proved
 

@@ -8,6 +8,7 @@
 //   champions/gen-0000.json  the best of each generation, with its recorded life
 //   champions/gen-0000-2.json  the same of the second population, in mode coevolution
 //   genomes/given-0.json     saved genomes that seeded the first generation, if any
+//   states/                  worlds in mid-life that a replay saved, if any
 //   timing.csv               all that depends on the clock
 //   summary.json             how the run ended
 #pragma once
