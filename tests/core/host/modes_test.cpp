@@ -95,7 +95,7 @@ TEST_F(HostModes, SettingsThatDoNotGoTogetherAreRefused) {
     EXPECT_EQ(host(words), 2) << out_;
     return err_;
   };
-  EXPECT_THAT(complaint({}), HasSubstr("toy.yaml:5:74: evolution.roster.distance: has no meaning "
+  EXPECT_THAT(complaint({}), HasSubstr("toy.yaml:6:74: evolution.roster.distance: has no meaning "
                                        "in evolution.mode solo; allowed modes: "));
   EXPECT_THAT(complaint({"evolution.mode=rosters", "evolution.roster.size=3"}),
               HasSubstr("evolution.population: 8 does not fill rosters of 3"));
@@ -105,6 +105,8 @@ TEST_F(HostModes, SettingsThatDoNotGoTogetherAreRefused) {
               HasSubstr("evolution.roster.distance: 61 is outside the world; allowed: at most "
                         "world.radius, 60"));
   EXPECT_THAT(complaint({"evolution.mode=duels"}), HasSubstr("allowed: solo, rosters, "));
+  EXPECT_EQ(host({"validate", "toy.yaml", "--set", "evolution.mode=rosters"}), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("  mode: rosters, 2 organisms a world\n"));
 }
 
 TEST_F(HostModes, SavedChampionsCompete) {
