@@ -18,6 +18,9 @@ std::string summary_of(const experiment::Experiment& experiment) {
   std::string text = "OK: " + experiment.name + ", seed " + std::to_string(experiment.seed) + "\n";
   text += "  evolution: " + plural(settings.generations, "generation") + " of " +
           std::to_string(settings.population) + ", " + plural(settings.trials, "trial") + "\n";
+  if (settings.mode != evolution::Mode::solo)
+    text += "  mode: " + std::string(evolution::name_of(settings.mode)) + ", " +
+            plural(settings.roster.size, "organism") + " a world\n";
 
   text += "  world: radius " + plugins::format_number(ecosystem.config().radius) + ", at most " +
           plural(ecosystem.config().max_steps, "step") + ", " +
