@@ -78,7 +78,8 @@ std::optional<fs::path> state_file_of(const ReplayCommand& command) {
   }
   const std::uint64_t generation =
       command.generation ? *command.generation : run::last_generation(command.run);
-  const fs::path file = run::state_path(command.run, generation, command.population, *command.at_step);
+  const fs::path file =
+      run::state_path(command.run, generation, command.population, *command.at_step);
   // A directory that cannot be made is told before the life is simulated.
   std::error_code error;
   run::check_output(fs::is_directory(file.parent_path(), error) ? file : file.parent_path());

@@ -24,8 +24,8 @@ Life live_from_birth(const model::Ecosystem& ecosystem, const Champion& champion
   Life life{.phenotypes = express(ecosystem, task), .simulation = nullptr};
   std::vector<model::RosterEntry> roster;
   for (std::size_t s = 0; s < task.roster.size(); ++s)
-    roster.push_back({life.phenotypes[s].get(), task.roster[s].key, task.roster[s].x,
-                      task.roster[s].y});
+    roster.push_back(
+        {life.phenotypes[s].get(), task.roster[s].key, task.roster[s].x, task.roster[s].y});
   life.simulation = std::make_unique<model::Simulation>(ecosystem, roster, task.seed);
   return life;
 }
@@ -62,7 +62,9 @@ std::optional<Moment> moment_before(std::uint64_t step, const std::filesystem::p
     throw UsageError("step " + std::to_string(step) +
                      " is beyond the recorded life, of steps 0 to " +
                      std::to_string(hashes.empty() ? 0 : hashes.size() - 1));
-  Moment moment{.step = step, .file = latest_state(run, champion.generation, champion.population, step), .world = {}};
+  Moment moment{.step = step,
+                .file = latest_state(run, champion.generation, champion.population, step),
+                .world = {}};
   const Life life = moment.file ? live_from_file(*moment.file, champion, ecosystem)
                                 : live_from_birth(ecosystem, champion);
   model::Simulation& world = *life.simulation;

@@ -418,7 +418,7 @@ TEST(Snapshot, DamageIsNamed) {
   std::uint32_t owner = 0;
   while (world.contacts.of(owner).empty()) ++owner;
   EXPECT_THAT(refusal(world.contacts.items[world.contacts.start[owner]], owner),
-              HasSubstr("touches no cell of its organism"));
+              HasSubstr("touches no other cell"));
 }
 
 // ---- wounds ------------------------------------------------------------------------------------
