@@ -54,6 +54,9 @@ void describe(Describe& d, model::Metabolism& m) {
   d("division_cost", m.division_cost, "Energy a dividing cell burns", cost);
   d("apoptosis_cost", m.apoptosis_cost, "Energy a cell in apoptosis burns", cost);
   d("specialization_cost", m.specialization_cost, "Energy a specializing cell burns", cost);
+  d("motility_cost", m.motility_cost,
+    "Energy a cell of a motile state burns beside, per unit of its `motility`",
+    {.unit = "energy/(step force)", .minimum = 0});
   d("founder_energy", m.founder_energy, "Energy of the founder",
     {.unit = "energy", .minimum = 0, .maximum = 1, .minimum_open = true});
   d("founder_ambrosia", m.founder_ambrosia, "Ambrosia of the founder, at most its capacity",

@@ -39,6 +39,7 @@ struct Metabolism {
   double division_cost = 0.12;
   double apoptosis_cost = 0.05;
   double specialization_cost = 0.08;
+  double motility_cost = 0;  ///< of a motile state's cell, per unit of its force
   double founder_energy = 1;
   double founder_ambrosia = 5;  ///< at most the founder's capacity
 };

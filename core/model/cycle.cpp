@@ -27,28 +27,34 @@ std::uint32_t duration(const Cycle& cycle, Action action) {
   }
 }
 
-/// NaN never wins: it compares as the least.
-float score(float output) {
-  return output == output ? output : -std::numeric_limits<float>::infinity();
+/// What an output below its threshold or without a number has: it wins against nothing.
+constexpr float no_score = -std::numeric_limits<float>::infinity();
+
+float score(float output, float threshold) {
+  const float clamped = output > 0 ? (output < 1 ? output : 1.0f) : 0.0f;
+  return output == output && clamped >= threshold ? output : no_score;
 }
 
 }  // namespace
 
 Choice strongest(const State& state, const OutputChannels& channels, const FloatMatrix& outputs,
                  std::uint32_t cell) {
-  const auto value = [&](std::uint32_t channel) { return score(outputs.row(channel)[cell]); };
+  const Thresholds& least = state.thresholds;
+  const auto value = [&](std::uint32_t channel, float threshold) {
+    return score(outputs.row(channel)[cell], threshold);
+  };
   Choice best{Action::quiescence, no_state};
-  float best_value = value(channels.quiescence);
+  float best_value = value(channels.quiescence, least.quiescence);
   // Later candidates must be strictly stronger: their order is the order of ties.
   const auto offer = [&](Choice candidate, float strength) {
     if (!(strength > best_value)) return;
     best = candidate;
     best_value = strength;
   };
-  offer({Action::division, no_state}, value(channels.division));
+  offer({Action::division, no_state}, value(channels.division, least.division));
   for (const std::uint16_t child : state.children)
-    offer({Action::specialization, child}, value(channels.specialize[child]));
-  offer({Action::apoptosis, no_state}, value(channels.apoptosis));
+    offer({Action::specialization, child}, value(channels.specialize[child], least.specialization));
+  offer({Action::apoptosis, no_state}, value(channels.apoptosis, least.apoptosis));
   return best;
 }
 

@@ -10,7 +10,8 @@
 namespace somas::model {
 
 /// The winner among the candidates by unclamped output; ties go to quiescence, division,
-/// specialization (lowest state first), apoptosis.
+/// specialization (lowest state first), apoptosis. An action whose clamped output is below the
+/// state's threshold is no candidate; without candidates the cell is quiescent.
 struct Choice {
   Action action = Action::quiescence;
   std::uint16_t target = no_state;

@@ -29,52 +29,98 @@ bool not_negative(double x) { return std::isfinite(x) && x >= 0; }
 /// Copies what a specialization emits, and refuses what no world could hold.
 class TreeBuilder final : public TreeSink {
  public:
-  explicit TreeBuilder(const std::vector<Skill>& skills) : skills_(skills) {}
+  TreeBuilder(const std::vector<Skill>& skills, std::size_t morphogens)
+      : skills_(skills), morphogens_(static_cast<std::uint32_t>(morphogens)) {}
+
+  [[nodiscard]] std::uint32_t morphogens() const override { return morphogens_; }
 
   void add(const StateSpec& spec) override {
-    const std::string name(spec.name);
-    const auto require = [&](bool fine, const char* what) {
-      if (!fine) throw std::runtime_error("state '" + name + "': " + what);
-    };
-    const bool root = tree_.states.empty();
-    require(!name.empty(), "a state needs a name");
-    require(root == (spec.parent == no_state), "one state, the first, is the root");
-    require(root || spec.parent < tree_.states.size(), "its parent must come before it");
-    require(positive(spec.mass) && positive(spec.radius), "mass and radius must be positive");
-    require(not_negative(spec.stiffness) && not_negative(spec.adhesion),
-            "stiffness and adhesion must not be negative");
-    require(std::isfinite(spec.adhesion_range) && spec.adhesion_range >= 1,
-            "the adhesion range must be at least 1");
-    require(spec.skills.size() == skills_.size(), "one value is needed for every skill");
-    for (std::size_t i = 0; i < skills_.size(); ++i)
-      require(std::isfinite(spec.skills[i]) && spec.skills[i] >= skills_[i].spec.minimum &&
-                  spec.skills[i] <= skills_[i].spec.maximum,
-              "a skill is out of its range");
-    State state{.name = name,
-                .key = spec.key != 0 ? spec.key : stable_key(name),
+    check_attributes(spec);
+    check_behaviour(spec);
+    State state{.name = std::string(spec.name),
+                .key = spec.key != 0 ? spec.key : stable_key(spec.name),
                 .parent = spec.parent,
                 .mass = spec.mass,
                 .radius = spec.radius,
                 .stiffness = spec.stiffness,
                 .adhesion = spec.adhesion,
                 .adhesion_range = spec.adhesion_range,
+                .motility = spec.motility,
+                .motility_signal = spec.motility_signal,
+                .thresholds = {.quiescence = static_cast<float>(spec.quiescence_threshold),
+                               .division = static_cast<float>(spec.division_threshold),
+                               .specialization = static_cast<float>(spec.specialization_threshold),
+                               .apoptosis = static_cast<float>(spec.apoptosis_threshold)},
                 .skills = {spec.skills.begin(), spec.skills.end()},
                 .children = {}};
     for (const State& other : tree_.states)
-      require(other.name != name && other.key != state.key, "the name or key is taken");
+      require(other.name != state.name && other.key != state.key, spec, "the name or key is taken");
     const auto index = static_cast<std::uint16_t>(tree_.states.size());
-    if (!root) tree_.states[spec.parent].children.push_back(index);
+    if (index > 0) tree_.states[spec.parent].children.push_back(index);
+    adhesion_with_.emplace_back(spec.adhesion_with.begin(), spec.adhesion_with.end());
     tree_.states.push_back(std::move(state));
   }
 
   Tree take() {
     if (tree_.states.empty()) throw std::runtime_error("the tree has no states");
+    resolve_adhesion();
     return std::move(tree_);
   }
 
  private:
+  static void require(bool fine, const StateSpec& spec, const char* what) {
+    if (!fine) throw std::runtime_error("state '" + std::string(spec.name) + "': " + what);
+  }
+
+  void check_attributes(const StateSpec& spec) const {
+    const bool root = tree_.states.empty();
+    require(!spec.name.empty(), spec, "a state needs a name");
+    require(root == (spec.parent == no_state), spec, "one state, the first, is the root");
+    require(root || spec.parent < tree_.states.size(), spec, "its parent must come before it");
+    require(positive(spec.mass) && positive(spec.radius), spec, "mass and radius must be positive");
+    require(not_negative(spec.stiffness) && not_negative(spec.adhesion), spec,
+            "stiffness and adhesion must not be negative");
+    require(std::isfinite(spec.adhesion_range) && spec.adhesion_range >= 1, spec,
+            "the adhesion range must be at least 1");
+    require(spec.adhesion_with.size() <= tree_.states.size(), spec,
+            "adhesion_with is for the states before it only");
+    for (const double adhesion : spec.adhesion_with)
+      require(std::isnan(adhesion) || not_negative(adhesion), spec,
+              "an adhesion to another state must be finite and not negative");
+    require(spec.skills.size() == skills_.size(), spec, "one value is needed for every skill");
+    for (std::size_t i = 0; i < skills_.size(); ++i)
+      require(std::isfinite(spec.skills[i]) && spec.skills[i] >= skills_[i].spec.minimum &&
+                  spec.skills[i] <= skills_[i].spec.maximum,
+              spec, "a skill is out of its range");
+  }
+
+  void check_behaviour(const StateSpec& spec) const {
+    require(std::isfinite(spec.motility), spec, "motility must be a finite number");
+    require(spec.motility == 0 || spec.motility_signal < morphogens_, spec,
+            "motility_signal names a morphogen that the world does not have");
+    for (const double threshold : {spec.quiescence_threshold, spec.division_threshold,
+                                   spec.specialization_threshold, spec.apoptosis_threshold})
+      require(threshold >= 0 && threshold <= 1, spec, "thresholds of actions are from 0 to 1");
+  }
+
+  /// What states say of earlier ones, else the mean of both.
+  void resolve_adhesion() {
+    const std::vector<State>& states = tree_.states;
+    const std::size_t count = states.size();
+    tree_.adhesion.resize(count * count);
+    for (std::size_t b = 0; b < count; ++b)
+      for (std::size_t a = 0; a <= b; ++a) {
+        const bool given = a < adhesion_with_[b].size() && !std::isnan(adhesion_with_[b][a]);
+        const double mean = 0.5 * (states[a].adhesion + states[b].adhesion);
+        tree_.adhesion[a * count + b] = tree_.adhesion[b * count + a] =
+            given ? adhesion_with_[b][a] : mean;
+      }
+  }
+
   const std::vector<Skill>& skills_;
+  std::uint32_t morphogens_;
   Tree tree_;
+  std::vector<std::vector<double>> adhesion_with_;  ///< by state
 };
 
 /// The stable key of something that belongs to a state. The state's key is scrambled first
@@ -191,7 +237,7 @@ Ecosystem::Ecosystem(Config config, std::vector<NamedEnvironment> environments,
 }
 
 std::shared_ptr<const Tree> Ecosystem::grow(GenesView genes) const {
-  TreeBuilder builder(schema_.skills);
+  TreeBuilder builder(schema_.skills, config_.morphogens.kinds.size());
   const std::vector<SkillInfo> skills = schema_.skill_infos();
   auto tree = guarded("specialization", "grow", [&] {
     specialization_->grow(genes, skills, builder);
@@ -202,9 +248,9 @@ std::shared_ptr<const Tree> Ecosystem::grow(GenesView genes) const {
   double stiffness = 0, adhesion = 0, mass = std::numeric_limits<double>::infinity();
   for (const State& state : tree->states) {
     stiffness = std::max(stiffness, state.stiffness);
-    adhesion = std::max(adhesion, state.adhesion);
     mass = std::min(mass, state.mass);
   }
+  for (const double strength : tree->adhesion) adhesion = std::max(adhesion, strength);
   const Mechanics& m = config_.mechanics;
   const double limit = stable_time_step(stiffness, adhesion, mass, m.damping, m.drag);
   if (m.time_step > limit) throw UnstableTimeStep(m.time_step, limit);

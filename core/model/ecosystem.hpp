@@ -24,12 +24,20 @@ struct NamedEnvironment {
   std::shared_ptr<Environment> instance;
 };
 
+/// Least outputs for actions to be chosen; single precision, as outputs are.
+struct Thresholds {
+  float quiescence = 0, division = 0, specialization = 0, apoptosis = 0;
+};
+
 /// A state with all its attributes resolved.
 struct State {
   std::string name;
   std::uint64_t key = 0;
   std::uint16_t parent = no_state;
   double mass = 1, radius = 1, stiffness = 10, adhesion = 3, adhesion_range = 1.2;
+  double motility = 0;                ///< force along the gradient of a morphogen
+  std::uint32_t motility_signal = 0;  ///< which one; below their number unless motility is 0
+  Thresholds thresholds{};
   std::vector<double> skills;           ///< by skill Id
   std::vector<std::uint16_t> children;  ///< ascending
 
@@ -39,6 +47,12 @@ struct State {
 /// A validated specialization tree: one root, at index 0, parents before children.
 struct Tree {
   std::vector<State> states;
+  std::vector<double> adhesion;  ///< of every two states: states x states, symmetric
+
+  /// Strength of the adhesion spring between cells of two states.
+  [[nodiscard]] double adhesion_between(std::size_t a, std::size_t b) const {
+    return adhesion[a * states.size() + b];
+  }
 };
 
 /// Output channels of a layout, by meaning.

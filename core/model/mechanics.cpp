@@ -105,12 +105,8 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
   CellStore& cells = world.cells;
   load(world);
   for (std::uint32_t s = 0; s < constants.substeps; ++s) {
-    if (external) {
-      if (s > 0) store(cells);
-      external_x_.assign(cells.size(), 0.0);
-      external_y_.assign(cells.size(), 0.0);
-      external(external_x_, external_y_);
-    }
+    if (external && s > 0) store(cells);
+    if (external || s == 0) load_external(external);
     find_pairs();
     substep(constants, world);
   }
@@ -127,8 +123,7 @@ void MechanicsSolver::load(const WorldState& world) {
   bodies_.resize(cells.size());
   force_.resize(cells.size());
   sum_.resize(cells.size());
-  external_x_.assign(cells.size(), 0.0);
-  external_y_.assign(cells.size(), 0.0);
+  motility_.prepare(world);
   for (const CellRange& range : cells.ranges) {
     const double inverse_mass = 1.0 / world.state_of(range.begin).mass;
     const std::uint32_t kind = table_.kind(range.organism, range.state);
@@ -136,6 +131,13 @@ void MechanicsSolver::load(const WorldState& world) {
       bodies_[cells.rank[i]] = {cells.x[i],      cells.y[i],   cells.vx[i], cells.vy[i],
                                 cells.radius[i], inverse_mass, kind};
   }
+}
+
+void MechanicsSolver::load_external(const ExternalForces& external) {
+  external_x_.assign(bodies_.size(), 0.0);
+  external_y_.assign(bodies_.size(), 0.0);
+  if (external) external(external_x_, external_y_);
+  motility_.add(external_x_, external_y_);
 }
 
 void MechanicsSolver::store(CellStore& cells) const {

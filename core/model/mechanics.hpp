@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/model/lanes.hpp"
+#include "core/model/motility.hpp"
 #include "core/model/neighbours.hpp"
 #include "core/model/springs.hpp"
 #include "core/model/world_state.hpp"
@@ -22,6 +23,7 @@ class MechanicsSolver {
 
   /// All substeps of one step, then contacts, pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
+  /// Motile cells crawl with forces found once, at the positions at the start.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
   /// Cells were added, removed or reordered.
   void invalidate() { pairs_.invalidate(); }
@@ -29,6 +31,7 @@ class MechanicsSolver {
  private:
   void load(const WorldState& world);
   void store(CellStore& cells) const;
+  void load_external(const ExternalForces& external);
   void find_pairs();
   void substep(const Mechanics& constants, const WorldState& world);
   void compute_forces(double damping, const WorldState& world);
@@ -39,6 +42,7 @@ class MechanicsSolver {
 
   SpringTable table_;
   NeighbourPairs pairs_;
+  Motility motility_;
   /// Of cells, in canonical order: taking pair after pair then sums in that order.
   std::vector<Body> bodies_;
   std::vector<Two> force_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 namespace somas::model {
@@ -168,10 +169,13 @@ void MetabolismSolver::pay(const Ecosystem& ecosystem, WorldState& world) {
   const std::array<double, 5> by_action{0.0, costs.quiescence_cost, costs.division_cost,
                                         costs.specialization_cost, costs.apoptosis_cost};
   for (const CellRange& range : cells.ranges) {
-    const double efficiency = state_of(world, range).skill(skill_energy_efficiency);
+    const State& state = state_of(world, range);
+    const double efficiency = state.skill(skill_energy_efficiency);
+    const double crawling = costs.motility_cost * std::abs(state.motility);
     Sum& spent = world.organisms[range.organism].ledger.spent;
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const double cost = by_action[static_cast<std::size_t>(cells.action[i])] / efficiency;
+      const double action = by_action[static_cast<std::size_t>(cells.action[i])];
+      const double cost = (action + crawling) / efficiency;
       const double paid = std::min(cost, cells.energy[i]);
       cells.energy[i] -= paid;
       spent += paid;

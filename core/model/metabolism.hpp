@@ -27,7 +27,8 @@ class MetabolismSolver {
   /// Diffusion: share x ambrosia, split equally among contacts; offers are computed before any is
   /// received, scaled to the receiver's room (measured before its own gifts), refused parts stay.
   void diffuse(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
-  /// Cost of the running action / energy efficiency; energy <= 1e-9 afterwards is starvation.
+  /// (Cost of the running action + that of motility) / energy efficiency; energy <= 1e-9 afterwards
+  /// is starvation.
   void pay(const Ecosystem& ecosystem, WorldState& world);
 
  private:

@@ -133,6 +133,31 @@ float MorphogenFields::sense(std::size_t kind, const Footprint& at) const {
   return total / at.sum;
 }
 
+Gradient MorphogenFields::gradient(std::size_t kind, double x, double y) const {
+  const double column = std::floor((x - low_) / side_), row = std::floor((y - low_) / side_);
+  const double last = static_cast<double>(size_);
+  if (!(column >= -1 && column <= last && row >= -1 && row <= last)) return {};
+
+  // The block's edges, clipped to the grid.
+  const auto low = [](double middle) {
+    return static_cast<std::uint32_t>(std::max(middle, 1.0) - 1);
+  };
+  const auto high = [&](double middle) {
+    return static_cast<std::uint32_t>(std::min(middle + 1, last - 1));
+  };
+  const std::uint32_t left = low(column), right = high(column), bottom = low(row), top = high(row);
+  const std::uint32_t columns = right - left + 1, rows = top - bottom + 1;
+
+  Gradient slope;
+  for (std::uint32_t r = bottom; r <= top; ++r)
+    slope.x += static_cast<double>(value(kind, right, r)) - value(kind, left, r);
+  for (std::uint32_t c = left; c <= right; ++c)
+    slope.y += static_cast<double>(value(kind, c, top)) - value(kind, c, bottom);
+  if (columns > 1) slope.x /= rows * (columns - 1) * side_;
+  if (rows > 1) slope.y /= columns * (rows - 1) * side_;
+  return slope;
+}
+
 void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule) {
   if (at.sum == 0 || !(amount > 0)) return;
   const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);

@@ -18,6 +18,11 @@ struct Footprint {
   float sum = 0, peak = 0;           ///< of the weights
 };
 
+/// Change of a concentration per length, along x and y.
+struct Gradient {
+  double x = 0, y = 0;
+};
+
 class MorphogenFields {
  public:
   /// Squares of a kind that may hold anything, inclusive; empty when left > right.
@@ -36,6 +41,10 @@ class MorphogenFields {
   [[nodiscard]] Footprint footprint(double x, double y) const;
   /// sum(C_i / d_i) / sum(1 / d_i) over the block; 0 off the grid.
   [[nodiscard]] float sense(std::size_t kind, const Footprint& at) const;
+  /// Slope of the plane that fits the squares of the 3x3 block round a point best (least squares):
+  /// along x the mean over the rows of (right - left) / distance, along y likewise. Exact for a
+  /// linear field. Squares off the grid do not count; 0 along an axis on which one square is left.
+  [[nodiscard]] Gradient gradient(std::size_t kind, double x, double y) const;
   /// Every square of the block keeps the maximum of its value and its share of `amount`.
   void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule);
 

@@ -1,19 +1,34 @@
 #include "core/model/springs.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace somas::model {
 
 namespace {
 
-Spring spring_between(const State& a, const State& b, bool kin, Strangers strangers) {
+/// A kind: a state of an organism, which is given by its place in the world.
+struct Kind {
+  std::size_t organism;
+  const Tree* tree;
+  std::size_t index;
+
+  [[nodiscard]] const State& state() const { return tree->states[index]; }
+};
+
+/// Of the trees of two organisms neither knows the other's states: the mean counts.
+double adhesion_between(const Kind& a, const Kind& b) {
+  if (a.organism == b.organism) return a.tree->adhesion_between(a.index, b.index);
+  return 0.5 * (a.state().adhesion + b.state().adhesion);
+}
+
+Spring spring_between(const Kind& a, const Kind& b, Strangers strangers) {
+  const bool kin = a.organism == b.organism;
   Spring spring;
-  spring.stiffness = 0.5 * (a.stiffness + b.stiffness);
+  spring.stiffness = 0.5 * (a.state().stiffness + b.state().stiffness);
   spring.contact = kin || strangers.feed ? 1 : 0;
   if (!kin && !strangers.adhere) return spring;  // they collide only
-  spring.adhesion = 0.5 * (a.adhesion + b.adhesion);
-  spring.range = 0.5 * (a.adhesion_range + b.adhesion_range);
+  spring.adhesion = adhesion_between(a, b);
+  spring.range = 0.5 * (a.state().adhesion_range + b.state().adhesion_range);
   return spring;
 }
 
@@ -41,18 +56,17 @@ void SpringTable::prepare(const WorldState& world) {
 void SpringTable::list(const WorldState& world) {
   trees_.clear();
   first_kind_.clear();
-  std::vector<std::pair<std::size_t, const State*>> all;
+  std::vector<Kind> all;
   for (const OrganismState& organism : world.organisms) {
     first_kind_.push_back(static_cast<std::uint32_t>(all.size()));
-    for (const State& state : organism.phenotype->tree->states)
-      all.emplace_back(trees_.size(), &state);
-    trees_.push_back(organism.phenotype->tree.get());
+    const Tree* tree = organism.phenotype->tree.get();
+    for (std::size_t s = 0; s < tree->states.size(); ++s) all.push_back({trees_.size(), tree, s});
+    trees_.push_back(tree);
   }
   kinds_ = static_cast<std::uint32_t>(all.size());
   springs_.clear();
-  for (const auto& [organism_a, a] : all)
-    for (const auto& [organism_b, b] : all)
-      springs_.push_back(spring_between(*a, *b, organism_a == organism_b, strangers_));
+  for (const Kind& a : all)
+    for (const Kind& b : all) springs_.push_back(spring_between(a, b, strangers_));
 }
 
 }  // namespace somas::model

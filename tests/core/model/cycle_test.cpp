@@ -202,6 +202,106 @@ TEST(Choice, OffersOnlyTheChildrenOfTheOwnState) {
   EXPECT_EQ(bench.action(1), Action::none) << "three times quiescent, as a leaf can only be";
 }
 
+// ---- thresholds ---------------------------------------------------------------------------------
+
+/// What a cell chooses in a state with the given thresholds.
+Choice chosen_above(const StateDef& thresholds, const Wishes& wishes) {
+  CycleBench bench;
+  bench.states[0] = thresholds;
+  bench.states.push_back({.name = "x", .parent = 0});
+  bench.states.push_back({.name = "y", .parent = 0});
+  bench.wish[0] = wishes;
+  bench.start();
+  bench.steps(1);
+  return {bench.cells().action[0], bench.cells().target[0]};
+}
+
+TEST(Thresholds, ExcludeAnActionWhoseOutputIsBelow) {
+  const Wishes wishes{
+      {"quiescence", 0.1f}, {"division", 0.7f}, {"specialize.y", 0.6f}, {"apoptosis", 0.5f}};
+  EXPECT_EQ(chosen_above({}, wishes).action, Action::division);
+  EXPECT_EQ(chosen_above({.division_threshold = 0.8}, wishes).action, Action::specialization);
+  EXPECT_EQ(
+      chosen_above({.division_threshold = 0.8, .specialization_threshold = 0.8}, wishes).action,
+      Action::apoptosis);
+  EXPECT_EQ(
+      chosen_above(
+          {.division_threshold = 0.8, .specialization_threshold = 0.8, .apoptosis_threshold = 0.8},
+          wishes)
+          .action,
+      Action::quiescence);
+}
+
+TEST(Thresholds, AreReachedByAnEqualOutput) {
+  for (const double threshold : {0.1, 0.3, 0.7, 1.0}) {
+    const auto equal = static_cast<float>(threshold);
+    const float below = std::nextafter(equal, 0.0f);
+    EXPECT_EQ(chosen_above({.division_threshold = threshold}, {{"division", equal}}).action,
+              Action::division);
+    EXPECT_EQ(chosen_above({.division_threshold = threshold}, {{"division", below}}).action,
+              Action::quiescence);
+  }
+}
+
+TEST(Thresholds, AreComparedWithTheClampedOutputTheWinnerWithTheUnclamped) {
+  const StateDef all{.quiescence_threshold = 1,
+                     .division_threshold = 1,
+                     .specialization_threshold = 1,
+                     .apoptosis_threshold = 1};
+  EXPECT_EQ(
+      chosen_above(all, {{"quiescence", 1.5f}, {"apoptosis", 2.5f}, {"division", 0.99f}}).action,
+      Action::apoptosis);
+  // Below 0 an output counts as 0, which a threshold of 0 lets pass.
+  EXPECT_EQ(chosen_above({}, {{"quiescence", -2.0f},
+                              {"division", -1.0f},
+                              {"specialize.x", -3.0f},
+                              {"specialize.y", -3.0f},
+                              {"apoptosis", -3.0f}})
+                .action,
+            Action::division);
+}
+
+TEST(Thresholds, OfQuiescenceLetsAWeakerActionWin) {
+  const Wishes wishes{{"quiescence", 0.4f}, {"division", -0.2f}, {"apoptosis", 0.1f}};
+  EXPECT_EQ(chosen_above({}, wishes).action, Action::quiescence);
+  EXPECT_EQ(chosen_above({.quiescence_threshold = 0.5}, wishes).action, Action::apoptosis);
+  EXPECT_EQ(chosen_above({.quiescence_threshold = 0.5,
+                          .division_threshold = 0.2,
+                          .specialization_threshold = 0.2,
+                          .apoptosis_threshold = 0.2},
+                         wishes)
+                .action,
+            Action::quiescence)
+      << "nothing else is left";
+}
+
+TEST(Thresholds, OfSpecializationHoldsForEveryTarget) {
+  const StateDef half{.specialization_threshold = 0.5};
+  EXPECT_EQ(chosen_above(half, {{"specialize.x", 0.4f}, {"specialize.y", 0.49f}}).action,
+            Action::quiescence);
+  const Choice y = chosen_above(half, {{"specialize.x", 0.4f}, {"specialize.y", 0.5f}});
+  EXPECT_EQ(y.action, Action::specialization);
+  EXPECT_EQ(y.target, 2);
+}
+
+TEST(Thresholds, AreThoseOfTheCellsOwnState) {
+  CycleBench bench;
+  bench.states.push_back({.name = "shy", .parent = 0, .division_threshold = 0.9});
+  bench.wish[0] = bench.wish[1] = {{"division", 0.5f}};
+  bench.start_with({{.id = 0}, {.id = 1, .x = 20, .state = 1}});
+  bench.steps(1);
+  EXPECT_EQ(bench.action(0), Action::division);
+  EXPECT_EQ(bench.action(1), Action::quiescence);
+}
+
+TEST(Thresholds, AreNotPassedByNotANumber) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(chosen_above({.quiescence_threshold = 0.5},
+                         {{"division", nan}, {"apoptosis", 0.1f}, {"quiescence", 0.1f}})
+                .action,
+            Action::apoptosis);
+}
+
 // ---- locks --------------------------------------------------------------------------------------
 
 TEST(Locks, HoldTheDecisionWhileAllElseGoesOn) {

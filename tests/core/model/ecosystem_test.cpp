@@ -227,6 +227,16 @@ TEST(Trees, ThatNoWorldCouldHoldAreRefusedByName) {
       {{.name = "x", .parent = 0, .adhesion = nan}, "adhesion"},
       {{.name = "x", .parent = 0, .adhesion_range = 0.99}, "range"},
       {{.name = "x", .parent = 0, .adhesion_range = infinity}, "range"},
+      {{.name = "x", .parent = 0, .adhesion_with = {-1}}, "adhesion"},
+      {{.name = "x", .parent = 0, .adhesion_with = {infinity}}, "adhesion"},
+      {{.name = "x", .parent = 0, .adhesion_with = {1, 1}}, "before it"},
+      {{.name = "x", .parent = 0, .motility = nan}, "motility"},
+      {{.name = "x", .parent = 0, .motility = -infinity}, "motility"},
+      {{.name = "x", .parent = 0, .motility = 1, .motility_signal = 3}, "motility_signal"},
+      {{.name = "x", .parent = 0, .quiescence_threshold = -0.1}, "threshold"},
+      {{.name = "x", .parent = 0, .division_threshold = 1.1}, "threshold"},
+      {{.name = "x", .parent = 0, .specialization_threshold = nan}, "threshold"},
+      {{.name = "x", .parent = 0, .apoptosis_threshold = infinity}, "threshold"},
       {{.name = "x", .parent = 0, .skills = {{"capacity", -1}}}, "skill"},
       {{.name = "x", .parent = 0, .skills = {{"diffusion", 1.5}}}, "skill"},
       {{.name = "x", .parent = 0, .skills = {{"energy_efficiency", 0}}}, "skill"},
@@ -247,6 +257,42 @@ TEST(Trees, ThatNoWorldCouldHoldAreRefusedByName) {
   EXPECT_FALSE(complaint_about({root, {.name = "x", .parent = 0}}));
 }
 
+TEST(Trees, OfNoMotileStateNeedNoMorphogens) {
+  Bench bench;
+  bench.config.morphogens.kinds.clear();
+  EXPECT_NO_THROW(bench.wire());
+  bench.states[0].motility = 1;
+  EXPECT_THROW(bench.wire(), PluginFailure);
+}
+
+TEST(Trees, LearnHowManyMorphogensThereAre) {
+  struct Asking final : FixedTree {
+    using FixedTree::FixedTree;
+    mutable std::uint32_t told = 0;
+    void grow(GenesView genes, std::span<const SkillInfo> skills, TreeSink& tree) const override {
+      told = tree.morphogens();
+      FixedTree::grow(genes, skills, tree);
+    }
+  };
+  const auto tree = std::make_shared<Asking>(std::vector<StateDef>{StateDef{}});
+  Config config;
+  config.morphogens.kinds.resize(5);
+  const Ecosystem ecosystem(config, {}, tree,
+                            std::make_shared<ScriptedController>(Script{}, 0, nullptr),
+                            std::make_shared<ToyFitness>(nullptr));
+  EXPECT_EQ(tree->told, 5u);
+}
+
+TEST(Trees, ResolveAdhesionForEveryTwoStates) {
+  Bench bench;
+  const double mean = std::numeric_limits<double>::quiet_NaN();
+  bench.states = {{.name = "a", .adhesion = 2},
+                  {.name = "b", .parent = 0, .adhesion = 4, .adhesion_with = {0.5}},
+                  {.name = "c", .parent = 0, .adhesion = 6, .adhesion_with = {mean, 7}}};
+  bench.wire();
+  EXPECT_THAT(bench.ecosystem().fixed_tree()->adhesion, ElementsAre(2, 0.5, 4, 0.5, 4, 7, 4, 7, 6));
+}
+
 TEST(Trees, KeepAttributesAndResolveSkills) {
   Bench bench;
   bench.environments = {declaring("alpha", [](Declare& d) {
@@ -262,7 +308,13 @@ TEST(Trees, KeepAttributesAndResolveSkills) {
                    .adhesion = 1,
                    .adhesion_range = 1.3,
                    .skills = {{"grip", 7}},
-                   .key = 99},
+                   .key = 99,
+                   .motility = -2,
+                   .motility_signal = 2,
+                   .quiescence_threshold = 0.1,
+                   .division_threshold = 0.2,
+                   .specialization_threshold = 0.3,
+                   .apoptosis_threshold = 0.4},
                   {.name = "y", .parent = 1},
                   {.name = "z", .parent = 0}};
   bench.wire();
@@ -279,6 +331,12 @@ TEST(Trees, KeepAttributesAndResolveSkills) {
   EXPECT_EQ(x.stiffness, 8);
   EXPECT_EQ(x.adhesion, 1);
   EXPECT_EQ(x.adhesion_range, 1.3);
+  EXPECT_EQ(x.motility, -2);
+  EXPECT_EQ(x.motility_signal, 2u);
+  EXPECT_EQ(x.thresholds.quiescence, 0.1f);
+  EXPECT_EQ(x.thresholds.division, 0.2f);
+  EXPECT_EQ(x.thresholds.specialization, 0.3f);
+  EXPECT_EQ(x.thresholds.apoptosis, 0.4f);
   EXPECT_THAT(x.skills, ElementsAre(0, 1, 1, 7, 0));
   EXPECT_THAT(tree.states[0].skills, ElementsAre(4, 1, 1, 0.5, 0));
 }

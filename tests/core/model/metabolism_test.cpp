@@ -444,6 +444,29 @@ TEST(Cost, IsThatOfTheRunningActionOverEnergyEfficiency) {
     }
 }
 
+TEST(Cost, OfMotilityGoesByForceAndIsAddedToThatOfTheAction) {
+  for (const double motility : {4.0, -4.0, 0.0})
+    for (const double efficiency : {1.0, 2.0}) {
+      Bench bench;
+      bench.config.metabolism.motility_cost = 0.005;
+      bench.states = {
+          {.name = "root", .skills = {{"energy_efficiency", efficiency}}, .motility = motility}};
+      bench.start();
+      bench.steps(3);
+      const double cost = (0.03 + (motility == 0 ? 0 : 0.02)) / efficiency;
+      EXPECT_NEAR(bench.cells().energy[0], 1 - 3 * cost, 1e-12) << motility;
+      EXPECT_NEAR(bench.ledger().spent.value(), 3 * cost, 1e-12) << motility;
+    }
+}
+
+TEST(Cost, OfMotilityIsNothingUnlessTheExperimentSaysSo) {
+  Bench bench;
+  bench.states[0].motility = 100;
+  bench.start();
+  bench.steps(1);
+  EXPECT_NEAR(bench.cells().energy[0], 1 - 0.03, 1e-15);
+}
+
 TEST(Cost, IsChargedAfterConversionAndDiffusion) {
   // With energy below the cost a cell still lives on what it converts in the same step.
   Bench bench;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -333,6 +334,79 @@ TEST(MorphogenSensing, LeavesOffGridCentresOutAtEdgesAndCorners) {
       EXPECT_NEAR(fields.sense(0, fields.footprint(edge, other)), 0.5, 1e-6);
       EXPECT_NEAR(fields.sense(0, fields.footprint(other, edge)), 0.5, 1e-6);
     }
+}
+
+TEST(MorphogenGradient, OfALinearFieldIsExactEverywhereOnTheGrid) {
+  Dice dice(8);
+  for (int trial = 0; trial < 400; ++trial) {
+    const int size = 2 + static_cast<int>(dice.below(9));
+    const double side = trial % 2 == 0 ? 2 : 0.5;
+    // Whole multiples of 1/4096 a square are exact in single precision.
+    const double a = static_cast<double>(dice.below(41)) - 20;
+    const double b = static_cast<double>(dice.below(41)) - 20;
+    MorphogenFields fields(grid_of(u(size), 0, 0, side));
+    for (int c = 0; c < size; ++c)
+      for (int r = 0; r < size; ++r)
+        fields.set(0, u(c), u(r), static_cast<float>(0.5 + (a * c + b * r) / 4096));
+    const double half = 0.5 * side * size;
+    const Gradient g = fields.gradient(0, dice.uniform(-half, half), dice.uniform(-half, half));
+    EXPECT_NEAR(g.x, a / (4096 * side), 1e-15) << size;
+    EXPECT_NEAR(g.y, b / (4096 * side), 1e-15) << size;
+  }
+}
+
+TEST(MorphogenGradient, IsTheSlopeOfTheLeastSquaresPlane) {
+  Dice dice(9);
+  for (int trial = 0; trial < 400; ++trial) {
+    const int size = 1 + static_cast<int>(dice.below(6));
+    const double side = 1.5, half = 0.5 * side * size;
+    const Field field = random_field(size, 0.8, dice);
+    MorphogenFields fields(grid_of(u(size), 0, 0, side));
+    load(fields, field);
+    const double x = dice.uniform(-half, half), y = dice.uniform(-half, half);
+    // Over a rectangle of squares the axes part: sum (x - mean) C / sum (x - mean)^2.
+    const Block block = block_round(x, y, size, side);
+    double n = 0, mean_c = 0, mean_r = 0, up_x = 0, up_y = 0, square_c = 0, square_r = 0;
+    for (std::size_t k = 0; k < 9; ++k) {
+      if (!(block.weight[k] > 0)) continue;
+      ++n, mean_c += block.column[k], mean_r += block.row[k];
+    }
+    mean_c /= n, mean_r /= n;
+    for (std::size_t k = 0; k < 9; ++k) {
+      if (!(block.weight[k] > 0)) continue;
+      const double c = block.column[k] - mean_c, r = block.row[k] - mean_r;
+      up_x += c * field(block.column[k], block.row[k]), square_c += c * c;
+      up_y += r * field(block.column[k], block.row[k]), square_r += r * r;
+    }
+    const Gradient g = fields.gradient(0, x, y);
+    EXPECT_NEAR(g.x, square_c == 0 ? 0 : up_x / square_c / side, 1e-12) << size;
+    EXPECT_NEAR(g.y, square_r == 0 ? 0 : up_y / square_r / side, 1e-12) << size;
+  }
+}
+
+TEST(MorphogenGradient, PointsAtASourceFromAllSidesAlike) {
+  // Its own square in the middle of the block weighs nothing.
+  MorphogenFields fields(grid_of(9, 0, 0, 2));
+  fields.set(0, 4, 4, 1);
+  for (int dc = -1; dc <= 1; ++dc)
+    for (int dr = -1; dr <= 1; ++dr) {
+      const Gradient g = fields.gradient(0, 2.0 * dc + 0.3, 2.0 * dr - 0.7);
+      EXPECT_NEAR(g.x, -dc / 12.0, 1e-15);
+      EXPECT_NEAR(g.y, -dr / 12.0, 1e-15);
+    }
+}
+
+TEST(MorphogenGradient, IsZeroOutsideTheGrid) {
+  MorphogenFields fields(grid_of(5, 0, 0, 2));
+  for (int c = 0; c < 5; ++c)
+    for (int r = 0; r < 5; ++r) fields.set(0, u(c), u(r), static_cast<float>(0.1 * (c + r)));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double far : {-7.1, 7.1, 1e300, nan}) {
+    EXPECT_EQ(fields.gradient(0, far, 0).x, 0) << far;
+    EXPECT_EQ(fields.gradient(0, far, 0).y, 0) << far;
+    EXPECT_EQ(fields.gradient(0, 0, far).x, 0) << far;
+    EXPECT_EQ(fields.gradient(0, 0, far).y, 0) << far;
+  }
 }
 
 TEST(MorphogenSensing, IsZeroOutsideTheGrid) {

@@ -30,6 +30,11 @@ struct StateDef {
   double mass = 1, radius = 1, stiffness = 10, adhesion = 3, adhesion_range = 1.2;
   std::map<std::string, double> skills = {};
   std::uint64_t key = 0;
+  double motility = 0;
+  std::uint32_t motility_signal = 0;
+  std::vector<double> adhesion_with = {};
+  double quiescence_threshold = 0, division_threshold = 0, specialization_threshold = 0,
+         apoptosis_threshold = 0;
 };
 
 /// Genes that nobody looks into.
@@ -72,7 +77,14 @@ class FixedTree : public Specialization {
                 .stiffness = def.stiffness,
                 .adhesion = def.adhesion,
                 .adhesion_range = def.adhesion_range,
-                .skills = points});
+                .skills = points,
+                .motility = def.motility,
+                .motility_signal = def.motility_signal,
+                .adhesion_with = def.adhesion_with,
+                .quiescence_threshold = def.quiescence_threshold,
+                .division_threshold = def.division_threshold,
+                .specialization_threshold = def.specialization_threshold,
+                .apoptosis_threshold = def.apoptosis_threshold});
     }
   }
 

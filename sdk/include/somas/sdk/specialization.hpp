@@ -28,6 +28,21 @@ struct StateSpec {
   double adhesion = 3;             ///< strength of the adhesion spring
   double adhesion_range = 1.2;     ///< activation distance / (r1 + r2), >= 1
   std::span<const double> skills;  ///< a value per SkillInfo, in that order
+
+  /// Force with which a cell crawls along the gradient of a morphogen of its organism: up when
+  /// positive, down when negative. Alone it approaches the speed motility / drag.
+  double motility = 0;
+  std::uint32_t motility_signal = 0;  ///< which morphogen, below TreeSink::morphogens()
+
+  /// Strength of the adhesion spring to the cells of each earlier state, by its index. NaN, or
+  /// beyond the end: the mean of both states' adhesion.
+  std::span<const double> adhesion_with{};
+
+  /// Least outputs, in [0, 1]: an action whose output, clamped to [0, 1], is below is not chosen.
+  double quiescence_threshold = 0;
+  double division_threshold = 0;
+  double specialization_threshold = 0;  ///< out of this state, into any other
+  double apoptosis_threshold = 0;
 };
 
 /// Takes the states in an order in which parents come before children; copies what it is given.
@@ -35,6 +50,8 @@ class TreeSink {
  public:
   virtual ~TreeSink() = default;
   virtual void add(const StateSpec& state) = 0;
+  /// How many morphogens the world has. A sink that is no world's knows no limit.
+  [[nodiscard]] virtual std::uint32_t morphogens() const { return no_id; }
 };
 
 class Specialization {
