@@ -16,6 +16,10 @@ std::string path(std::size_t i, const std::string& key) {
   return "states[" + std::to_string(i) + "]." + key;
 }
 
+std::string pair_path(std::size_t pair, const char* key) {
+  return "adhesion_pairs[" + std::to_string(pair) + "]." + key;
+}
+
 std::string quoted(std::string_view name) { return "'" + std::string(name) + "'"; }
 
 /// Shortest decimal that reads back as x.
@@ -110,6 +114,41 @@ std::vector<std::size_t> order_of(const States& states) {
   return order;
 }
 
+/// Position of the state that a pair names by one of its keys.
+std::size_t member_of(const States& states, std::size_t pair, const char* key,
+                      const std::string& name) {
+  const std::size_t i = find(states, name);
+  if (i == none)
+    throw ParameterError(pair_path(pair, key), "no state is called " + quoted(name) +
+                                                   "; the states are " + names(states));
+  return i;
+}
+
+/// The strengths that the pairs give, by state and state; NaN elsewhere.
+std::vector<std::vector<double>> adhesion_of(const States& states,
+                                             const std::vector<Tree::AdhesionPair>& pairs) {
+  const std::size_t count = states.size();
+  constexpr double unset = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::vector<double>> adhesion(count, std::vector<double>(count, unset));
+  std::vector<std::vector<std::size_t>> named_by(count, std::vector<std::size_t>(count, none));
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const std::size_t a = member_of(states, p, "first", pairs[p].first);
+    const std::size_t b = member_of(states, p, "second", pairs[p].second);
+    if (a == b)
+      throw ParameterError(pair_path(p, "second"),
+                           quoted(states[a].name) + " is both of the pair; among its own cells a " +
+                               "state has its `adhesion`");
+    if (named_by[a][b] != none)
+      throw ParameterError(pair_path(p, "second"),
+                           "adhesion_pairs[" + std::to_string(named_by[a][b]) + "] is about " +
+                               quoted(states[a].name) + " and " + quoted(states[b].name) +
+                               " already");
+    named_by[a][b] = named_by[b][a] = p;
+    adhesion[a][b] = adhesion[b][a] = pairs[p].strength;
+  }
+  return adhesion;
+}
+
 std::string range(const SkillSpec& spec) {
   if (spec.maximum == std::numeric_limits<double>::infinity())
     return "at least " + text(spec.minimum);
@@ -126,6 +165,7 @@ Tree::Tree(const Parameters& parameters) : states_(parameters.states), budget_(p
   check_names(states_);
   check_parents(states_);
   order_ = order_of(states_);
+  adhesion_ = adhesion_of(states_, parameters.adhesion_pairs);
 }
 
 void Tree::grow(GenesView, std::span<const SkillInfo> skills, TreeSink& tree) const {
@@ -136,6 +176,9 @@ void Tree::grow(GenesView, std::span<const SkillInfo> skills, TreeSink& tree) co
     const std::size_t parent = parent_of(states_, i);
     const std::vector<double> values = points(i, skills);
     check_budget(i, skills, values);
+    check_signal(i, tree.morphogens());
+    std::vector<double> adhesion_with;
+    for (std::size_t k = 0; k < n; ++k) adhesion_with.push_back(adhesion_[i][order_[k]]);
     emitted_as[i] = n;
     tree.add({.name = state.name,
               .key = stable_key(state.name),
@@ -145,8 +188,28 @@ void Tree::grow(GenesView, std::span<const SkillInfo> skills, TreeSink& tree) co
               .stiffness = state.stiffness,
               .adhesion = state.adhesion,
               .adhesion_range = state.adhesion_range,
-              .skills = values});
+              .skills = values,
+              .motility = state.motility,
+              .motility_signal = static_cast<std::uint32_t>(state.motility_signal),
+              .adhesion_with = adhesion_with,
+              .quiescence_threshold = state.quiescence_threshold,
+              .division_threshold = state.division_threshold,
+              .specialization_threshold = state.specialization_threshold,
+              .apoptosis_threshold = state.apoptosis_threshold});
   }
+}
+
+void Tree::check_signal(std::size_t state, std::uint32_t morphogens) const {
+  const std::int64_t signal = states_[state].motility_signal;
+  // Without motility the default is never looked up, even where there are no morphogens.
+  if (signal < morphogens || (signal == 0 && states_[state].motility == 0)) return;
+  const std::string allowed = morphogens == 0 ? "has no morphogens"
+                              : morphogens == 1
+                                  ? "has morphogen 0 only"
+                                  : "has morphogens 0 to " + std::to_string(morphogens - 1);
+  throw ParameterError(
+      path(state, "motility_signal"),
+      "there is no morphogen " + std::to_string(signal) + ": the world " + allowed);
 }
 
 /// A value per skill: the state's own, or the fallback.

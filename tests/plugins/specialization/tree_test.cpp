@@ -24,10 +24,15 @@ class Sink final : public TreeSink {
     std::string name;
     StateSpec spec;
     std::vector<double> skills;
+    std::vector<double> adhesion_with;
   };
   void add(const StateSpec& state) override {
-    states.push_back({std::string(state.name), state, {state.skills.begin(), state.skills.end()}});
+    states.push_back({std::string(state.name),
+                      state,
+                      {state.skills.begin(), state.skills.end()},
+                      {state.adhesion_with.begin(), state.adhesion_with.end()}});
   }
+  std::uint32_t morphogens() const override { return 3; }
   std::vector<std::string> names() const {
     std::vector<std::string> list;
     for (const Emitted& e : states) list.push_back(e.name);
@@ -70,6 +75,12 @@ TEST(Tree, EmitsEveryAttribute) {
   n.stiffness = 11;
   n.adhesion = 4;
   n.adhesion_range = 1.3;
+  n.motility = -2;
+  n.motility_signal = 2;
+  n.quiescence_threshold = 0.1;
+  n.division_threshold = 0.2;
+  n.specialization_threshold = 0.3;
+  n.apoptosis_threshold = 0.4;
   const Sink sink = grow(tree({n}));
   ASSERT_EQ(sink.states.size(), 1u);
   const StateSpec& spec = sink.states[0].spec;
@@ -81,6 +92,12 @@ TEST(Tree, EmitsEveryAttribute) {
   EXPECT_EQ(spec.stiffness, 11);
   EXPECT_EQ(spec.adhesion, 4);
   EXPECT_EQ(spec.adhesion_range, 1.3);
+  EXPECT_EQ(spec.motility, -2);
+  EXPECT_EQ(spec.motility_signal, 2u);
+  EXPECT_EQ(spec.quiescence_threshold, 0.1);
+  EXPECT_EQ(spec.division_threshold, 0.2);
+  EXPECT_EQ(spec.specialization_threshold, 0.3);
+  EXPECT_EQ(spec.apoptosis_threshold, 0.4);
   // Skills in the order of the declarations, fallbacks for those left out.
   EXPECT_THAT(sink.states[0].skills, ElementsAre(10, 1, 3, 0));
 }
@@ -93,6 +110,69 @@ TEST(Tree, HasTheDefaultsOfTheModel) {
   EXPECT_EQ(spec.stiffness, 10);
   EXPECT_EQ(spec.adhesion, 3);
   EXPECT_EQ(spec.adhesion_range, 1.2);
+  EXPECT_EQ(spec.motility, 0);
+  EXPECT_EQ(spec.motility_signal, 0u);
+  EXPECT_EQ(spec.quiescence_threshold, 0);
+  EXPECT_EQ(spec.division_threshold, 0);
+  EXPECT_EQ(spec.specialization_threshold, 0);
+  EXPECT_EQ(spec.apoptosis_threshold, 0);
+}
+
+// ---- adhesion by pair of states -----------------------------------------------------------------
+
+Tree::Parameters with_pairs(std::vector<Tree::AdhesionPair> pairs) {
+  Tree::Parameters parameters = tree({state("X", "D"), state("D", "N"), state("N")});
+  parameters.adhesion_pairs = std::move(pairs);
+  return parameters;
+}
+
+TEST(Tree, EmitsThePairsWithTheLaterOfTheTwoStates) {
+  // Emitted as N, D, X, whatever the order of the names in a pair.
+  const Sink sink = grow(with_pairs({{"X", "N", 0.5}, {"D", "X", 7}}));
+  EXPECT_THAT(sink.names(), ElementsAre("N", "D", "X"));
+  EXPECT_THAT(sink.states[0].adhesion_with, ElementsAre());
+  EXPECT_THAT(sink.states[1].adhesion_with, ElementsAre(testing::IsNan()));
+  EXPECT_THAT(sink.states[2].adhesion_with, ElementsAre(0.5, 7));
+}
+
+TEST(Tree, LeavesEveryPairAtTheMeanUnlessToldOtherwise) {
+  const Sink sink = grow(with_pairs({}));
+  for (const Sink::Emitted& e : sink.states)
+    EXPECT_THAT(e.adhesion_with, testing::Each(testing::IsNan()));
+}
+
+TEST(Tree, RefusesAPairWithAnUnknownState) {
+  EXPECT_THAT(refusal(with_pairs({{"N", "D", 1}, {"DD", "N", 1}})),
+              Pair("adhesion_pairs[1].first", "no state is called 'DD'; the states are X, D, N"));
+  EXPECT_THAT(refusal(with_pairs({{"N", "", 1}})),
+              Pair("adhesion_pairs[0].second", "no state is called ''; the states are X, D, N"));
+}
+
+TEST(Tree, RefusesAPairOfAStateWithItself) {
+  EXPECT_THAT(refusal(with_pairs({{"D", "D", 1}})),
+              Pair("adhesion_pairs[0].second",
+                   "'D' is both of the pair; among its own cells a state has its `adhesion`"));
+}
+
+TEST(Tree, RefusesAPairTwiceInEitherOrder) {
+  EXPECT_THAT(refusal(with_pairs({{"X", "N", 1}, {"N", "D", 1}, {"D", "N", 1}})),
+              Pair("adhesion_pairs[2].second", "adhesion_pairs[1] is about 'D' and 'N' already"));
+  EXPECT_THAT(refusal(with_pairs({{"X", "N", 1}, {"X", "N", 1}})),
+              Pair("adhesion_pairs[1].second", "adhesion_pairs[0] is about 'X' and 'N' already"));
+}
+
+TEST(Tree, RefusesAMorphogenThatTheWorldDoesNotHave) {
+  Tree::State d = state("D", "N");
+  d.motility = 1;
+  d.motility_signal = 2;
+  EXPECT_EQ(refusal(tree({state("N"), d})).second, "no refusal");
+  d.motility_signal = 3;
+  EXPECT_THAT(refusal(tree({state("N"), d})),
+              Pair("states[1].motility_signal",
+                   "there is no morphogen 3: the world has morphogens 0 to 2"));
+  d.motility = 0;
+  EXPECT_EQ(refusal(tree({state("N"), d})).first, "states[1].motility_signal")
+      << "a typing error, even where it does not matter yet";
 }
 
 TEST(Tree, IsNotHeritable) { EXPECT_EQ(Tree(tree({state("N")})).heritable(), nullptr); }
@@ -208,7 +288,7 @@ TEST(Tree, ReadsItsParametersFromTheHost) {
   Tree::Parameters parameters;
   Describe d;
   parameters.describe(d);
-  ASSERT_EQ(d.parameters().size(), 2u);
+  ASSERT_EQ(d.parameters().size(), 3u);
   const ParameterInfo& states = d.parameters()[0];
   EXPECT_STREQ(states.name, "states");
   EXPECT_EQ(states.required, 1u);
@@ -217,11 +297,18 @@ TEST(Tree, ReadsItsParametersFromTheHost) {
   for (std::uint64_t i = 0; i < element.field_count; ++i)
     names.emplace_back(element.fields[i].name);
   EXPECT_THAT(names, ElementsAre("name", "parent", "mass", "radius", "stiffness", "adhesion",
-                                 "adhesion_range", "skills"));
+                                 "adhesion_range", "motility", "motility_signal",
+                                 "quiescence_threshold", "division_threshold",
+                                 "specialization_threshold", "apoptosis_threshold", "skills"));
   EXPECT_EQ(element.fields[0].required, 1u);
   EXPECT_STREQ(d.parameters()[1].name, "budget");
   EXPECT_EQ(d.parameters()[1].fallback.kind, ParameterKind::none);
   EXPECT_EQ(d.parameters()[1].maximum, infinity);
+  const ParameterInfo& pairs = d.parameters()[2];
+  EXPECT_STREQ(pairs.name, "adhesion_pairs");
+  EXPECT_EQ(pairs.required, 0u);
+  ASSERT_EQ(pairs.fields[0].field_count, 3u);
+  for (std::uint64_t i = 0; i < 3; ++i) EXPECT_EQ(pairs.fields[0].fields[i].required, 1u);
 }
 
 }  // namespace
