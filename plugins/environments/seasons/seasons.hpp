@@ -29,8 +29,8 @@ class Seasons final : public Environment {
   static constexpr About about{"seasons", "Parameters of other environments that vary in time"};
 
   struct Cycle {
-    std::string environment;
-    std::string parameter;
+    std::string environment = "nutrients";
+    std::string parameter = "regeneration";
     std::string shape = "sine";
     std::int64_t period = 200;
     double amplitude = 1;
@@ -38,9 +38,8 @@ class Seasons final : public Environment {
     std::int64_t from = 0;
 
     void describe(Describe& d) {
-      d("environment", environment, "Name of the environment in the experiment",
-        {.required = true});
-      d("parameter", parameter, "Key of its parameter, which it must let vary", {.required = true});
+      d("environment", environment, "Name of the environment in the experiment");
+      d("parameter", parameter, "Key of its parameter, which it must let vary");
       d.choice("shape", shape, {"sine", "square", "triangle", "ramp"}, "How it goes up and down");
       d("period", period, "Length of a cycle; of a ramp: until its end",
         {.unit = "steps", .minimum = 1, .maximum = 1e15});

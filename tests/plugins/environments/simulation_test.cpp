@@ -6,6 +6,8 @@
 #include "plugins/environments/cyclic_nutrients/cyclic_nutrients.hpp"
 #include "plugins/environments/nutrients/nutrients.hpp"
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
+#include "plugins/environments/seasons/seasons.hpp"
+#include "plugins/environments/two_nutrients/two_nutrients.hpp"
 #include "plugins/fitness/survival_time/survival_time.hpp"
 #include "plugins/specialization/tree/tree.hpp"
 
@@ -79,8 +81,14 @@ Ending live(std::vector<model::NamedEnvironment> environments, std::map<std::str
 
 template <class Environment>
 model::NamedEnvironment named(const char* name,
-                              const typename Environment::Parameters& parameters = {}) {
+                              const typename Environment::Parameters& parameters) {
   return {name, std::make_shared<Environment>(parameters)};
+}
+
+template <class Environment>
+model::NamedEnvironment named(const char* name) {
+  const auto defaults = std::make_unique<typename Environment::Parameters>();
+  return named<Environment>(name, *defaults);
 }
 
 TEST(Simulation, RestingNSurvivesOnNutrientsToTheEnd) {
@@ -111,6 +119,45 @@ TEST(Simulation, ResistanceDelaysDeathByParticles) {
   EXPECT_LT(survival(0), survival(10));
   EXPECT_LT(survival(10), 3000u);
   EXPECT_EQ(survival(1e9), 3000u);
+}
+
+Seasons::Cycle scarcity(double amplitude) {
+  return {.shape = "square", .period = 100000, .amplitude = amplitude, .phase = 0.5};
+}
+
+TEST(Simulation, SeasonsChangeTheFoodOfOthers) {
+  // N eats what grows in its patch, 0.04 a step, and burns 0.03; a tenth of that is too little.
+  const auto survival = [](std::vector<Seasons::Cycle> cycles, bool seasons_first) {
+    Nutrients::Parameters food;
+    food.patches.regeneration = 0.04;
+    food.initial = 0;
+    std::vector<model::NamedEnvironment> environments{named<Nutrients>("nutrients", food)};
+    if (!cycles.empty())
+      environments.insert(seasons_first ? environments.begin() : environments.end(),
+                          named<Seasons>("seasons", {cycles}));
+    return live(std::move(environments), {{"production", 3}, {"capacity", 5}}, short_run())
+        .outcome.survival;
+  };
+  for (const bool first : {true, false}) {
+    EXPECT_EQ(survival({}, first), 300u);
+    EXPECT_EQ(survival({scarcity(0)}, first), 300u) << "nothing changes";
+    EXPECT_LT(survival({scarcity(0.9)}, first), 300u);
+    EXPECT_EQ(survival({scarcity(0.9)}, first), survival({scarcity(0.9)}, !first));
+  }
+}
+
+TEST(Simulation, BothSkillsKeepABodyAliveOnTwoNutrientsAndOneDoesNot) {
+  const auto survival = [](std::map<std::string, double> skills) {
+    skills["capacity"] = 1;
+    TwoNutrients::Parameters food;
+    food.initial = 1;
+    food.regeneration = 0.002;
+    return live({named<TwoNutrients>("food", food)}, std::move(skills)).outcome.survival;
+  };
+  const std::uint64_t a = survival({{"production_a", 1}}), b = survival({{"production_b", 1}});
+  EXPECT_EQ(a, b);
+  EXPECT_LT(a, 200u);
+  EXPECT_EQ(survival({{"production_a", 1}, {"production_b", 1}}), 3000u);
 }
 
 TEST(Simulation, SameSeedGivesTheSameBytes) {
