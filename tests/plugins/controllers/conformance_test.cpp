@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(
                                          {.initial_regulators = 0, .max_regulators = 0}),
                       conforms<ctrnn::Ctrnn>("ctrnn"),
                       conforms<ctrnn::Ctrnn>("ctrnn_without_hidden_neurons", {.hidden = 0})),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace somas

@@ -31,6 +31,21 @@ Case conforms(std::string name, typename E::Parameters parameters = {},
           [=] { return somas::testing::check_environment<E>(parameters, options); }};
 }
 
+Nutrients::Parameters disc() {
+  Nutrients::Parameters parameters;
+  parameters.initial = 0.5;
+  parameters.region = "disc";
+  parameters.radius = 20;
+  return parameters;
+}
+
+CyclicNutrients::Parameters short_gaps() {
+  CyclicNutrients::Parameters parameters;
+  parameters.present = 8;
+  parameters.first_gap = 3;
+  return parameters;
+}
+
 class EnvironmentConformance : public ::testing::TestWithParam<Case> {};
 
 TEST_P(EnvironmentConformance, KeepsTheContract) {
@@ -39,15 +54,13 @@ TEST_P(EnvironmentConformance, KeepsTheContract) {
 
 INSTANTIATE_TEST_SUITE_P(
     Bundled, EnvironmentConformance,
-    ::testing::Values(conforms<Nutrients>("nutrients"),
-                      conforms<Nutrients>("nutrients_of_a_disc",
-                                          {.initial = 0.5, .region = "disc", .radius = 20}),
-                      conforms<CyclicNutrients>("cyclic_nutrients", {.present = 8, .first_gap = 3}),
-                      conforms<ParticleAggression>("particle_aggression", {.spawn_radius = 20,
-                                                                           .speed = 1.5,
-                                                                           .rate_constant = 6}),
-                      conforms<ParticleAggression>("particle_aggression_later", {.start = 20})),
-    [](const auto& info) { return info.param.name; });
+    ::testing::Values(
+        conforms<Nutrients>("nutrients"), conforms<Nutrients>("nutrients_of_a_disc", disc()),
+        conforms<CyclicNutrients>("cyclic_nutrients", short_gaps()),
+        conforms<ParticleAggression>("particle_aggression",
+                                     {.spawn_radius = 20, .speed = 1.5, .rate_constant = 6}),
+        conforms<ParticleAggression>("particle_aggression_later", {.start = 20})),
+    [](const auto& test) { return test.param.name; });
 
 /// Nutrients grow by what each patch has room for; nothing else comes or goes.
 TEST(Nutrients, GrowByTheRoomOfEveryPatch) {

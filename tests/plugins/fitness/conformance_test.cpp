@@ -32,7 +32,7 @@ TEST_P(FitnessConformance, KeepsTheContract) {
 
 INSTANTIATE_TEST_SUITE_P(Bundled, FitnessConformance,
                          ::testing::Values(conforms<SurvivalTime>("survival_time")),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace somas::fitness

@@ -56,7 +56,7 @@ TEST_P(SpecializationConformance, KeepsTheContract) {
 
 INSTANTIATE_TEST_SUITE_P(Bundled, SpecializationConformance,
                          ::testing::Values(conforms<Tree>("tree", three_states())),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return test.param.name; });
 
 }  // namespace
 }  // namespace somas::specialization

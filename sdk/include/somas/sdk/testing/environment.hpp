@@ -257,8 +257,8 @@ inline void EnvironmentCheck::restored(std::uint64_t step) const {
 }
 
 inline void EnvironmentCheck::shuffled() const {
-  const EnvironmentStage fresh = stage();
   for (const std::uint64_t order : {1, 2}) {
+    const EnvironmentStage fresh = stage();
     Script script = options_.script;
     script.shuffle = order;
     require_same(expected_, live(*fresh.world(options_.seed, script), options_.steps));
