@@ -21,7 +21,7 @@ struct Case {
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 template <class C>
-Case conforms(std::string name, typename C::Parameters parameters = {}) {
+Case conforms(std::string name, typename C::Parameters parameters = typename C::Parameters()) {
   return {std::move(name), [=] { return somas::testing::check_controller<C>(parameters); }};
 }
 

@@ -25,7 +25,7 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 /// A class with parameters that make everything happen within the steps of the check.
 template <class E>
-Case conforms(std::string name, typename E::Parameters parameters = {},
+Case conforms(std::string name, typename E::Parameters parameters = typename E::Parameters(),
               somas::testing::EnvironmentOptions options = {}) {
   return {std::move(name),
           [=] { return somas::testing::check_environment<E>(parameters, options); }};
@@ -85,7 +85,7 @@ TEST(Nutrients, GrowByTheRoomOfEveryPatch) {
 
 /// The check above sees the meals: the cells did eat, so that there was room to grow into.
 TEST(Nutrients, AreTakenUpByTheCellsOfATestWorld) {
-  const somas::testing::EnvironmentStage stage(std::make_unique<Nutrients>(Nutrients::Parameters{}),
+  const somas::testing::EnvironmentStage stage(std::make_unique<Nutrients>(Nutrients::Parameters()),
                                                {});
   const auto world = stage.world(1);
   world->begin();

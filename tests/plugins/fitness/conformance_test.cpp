@@ -20,7 +20,7 @@ struct Case {
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 template <class F>
-Case conforms(std::string name, typename F::Parameters parameters = {}) {
+Case conforms(std::string name, typename F::Parameters parameters = typename F::Parameters()) {
   return {std::move(name), [=] { return somas::testing::check_fitness<F>(parameters); }};
 }
 

@@ -297,8 +297,9 @@ inline void ProgramCheck::run(Failures& failures, const std::string& of) const {
 
 /// The same for a plugin class and its parameters.
 template <class C>
-[[nodiscard]] Failures check_controller(const typename C::Parameters& parameters = {},
-                                        const ControllerOptions& options = {}) {
+[[nodiscard]] Failures check_controller(
+    const typename C::Parameters& parameters = typename C::Parameters(),
+    const ControllerOptions& options = {}) {
   return check_controller([&] { return std::make_unique<C>(parameters); }, options);
 }
 

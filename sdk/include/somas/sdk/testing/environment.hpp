@@ -311,8 +311,9 @@ inline void EnvironmentCheck::conserves() const {
 
 /// The same for a plugin class and its parameters: check_environment<Breeze>({.strength = 2}).
 template <class E>
-[[nodiscard]] Failures check_environment(const typename E::Parameters& parameters = {},
-                                         const EnvironmentOptions& options = {}) {
+[[nodiscard]] Failures check_environment(
+    const typename E::Parameters& parameters = typename E::Parameters(),
+    const EnvironmentOptions& options = {}) {
   return check_environment([&] { return std::make_unique<E>(parameters); }, options);
 }
 

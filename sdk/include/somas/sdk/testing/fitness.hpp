@@ -174,8 +174,9 @@ inline void FitnessCheck::observes() const {
 
 /// The same for a plugin class and its parameters.
 template <class F>
-[[nodiscard]] Failures check_fitness(const typename F::Parameters& parameters = {},
-                                     const FitnessOptions& options = {}) {
+[[nodiscard]] Failures check_fitness(
+    const typename F::Parameters& parameters = typename F::Parameters(),
+    const FitnessOptions& options = {}) {
   return check_fitness([&] { return std::make_unique<F>(parameters); }, options);
 }
 
