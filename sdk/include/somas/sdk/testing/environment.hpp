@@ -1,0 +1,320 @@
+// The conformance check of environments.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "somas/sdk/environment.hpp"
+#include "somas/sdk/testing/declare.hpp"
+#include "somas/sdk/testing/failures.hpp"
+#include "somas/sdk/testing/world.hpp"
+
+namespace somas::testing {
+
+/// How check_environment looks at an environment.
+struct EnvironmentOptions {
+  WorldInfo info{.radius = 60, .max_steps = 3000, .substeps = 3, .time_step = 1.0 / 30};
+  std::uint64_t steps = 40;     ///< of every simulation; long enough for all that may happen
+  std::string instance = "it";  ///< its name in the experiment
+  Script script{};              ///< what the cells do meanwhile
+  std::uint64_t seed = 1;
+
+  /// Variable parameters of other instances, for an environment that takes them in charge.
+  struct OfOthers {
+    std::string instance, name;
+    VariableSpec spec;
+  };
+  std::vector<OfOthers> variables{};
+
+  /// What the environment conserves, or changes by a known amount. In every step the sum of the
+  /// changes that its acts make to `total` must be what `change` gave at the start of the step
+  /// (none: 0), up to `tolerance` of the total, or of 1 for smaller totals. What cells take up
+  /// between the acts does not count. Use TestWorld::grid(instance, name) and the like.
+  std::function<double(TestWorld& world)> total{};
+  std::function<double(TestWorld& world)> change{};
+  double tolerance = 1e-9;
+};
+
+/// A new instance of the class that is checked, with its parameters.
+using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
+
+/// An environment that has declared and connected, and any number of worlds for it.
+class EnvironmentStage {
+ public:
+  EnvironmentStage(std::unique_ptr<Environment> environment, const EnvironmentOptions& options)
+      : options_(options), environment_(std::move(environment)) {
+    declare_others();
+    TestDeclare declare(declared_, options_.info, options_.instance);
+    environment_->declare(declare);
+    TestConnections connections(declared_, options_.instance);
+    environment_->connect(connections);
+  }
+
+  [[nodiscard]] const Environment& environment() const { return *environment_; }
+  [[nodiscard]] const Declared& declared() const { return declared_; }
+  /// A world that has not begun. It refers to the environment, so this must outlive it.
+  [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed) const {
+    return world(seed, options_.script);
+  }
+  [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed, const Script& script) const {
+    return std::make_unique<TestWorld>(
+        options_.info, declared_, seed, script,
+        std::vector<TestActor>{{options_.instance, environment_.get()}});
+  }
+
+ private:
+  /// One of everything comes first under another name, so that no handle is 0 by accident.
+  void declare_others() {
+    TestDeclare other(declared_, options_.info, "other_instance");
+    static_cast<void>(other.sensor("other_instance.sensor"));
+    static_cast<void>(other.cell_value("value", OnDivision::copy));
+    static_cast<void>(other.scalar("scalar", 1));
+    static_cast<void>(other.grid("grid", {.columns = 2, .rows = 2}));
+    constexpr std::string_view columns[] = {"x"};
+    static_cast<void>(other.table("table", columns));
+    const Id skill = other.skill("other_instance.resistance", {});
+    static_cast<void>(other.hazard("other_instance.hazard", skill));
+    static_cast<void>(other.purpose("purpose"));
+    static_cast<void>(other.parameter("parameter", {.value = 1}));
+    for (const EnvironmentOptions::OfOthers& v : options_.variables)
+      static_cast<void>(
+          TestDeclare(declared_, options_.info, v.instance).parameter(v.name, v.spec));
+  }
+
+  EnvironmentOptions options_;
+  std::unique_ptr<Environment> environment_;
+  Declared declared_;
+};
+
+namespace detail {
+
+/// Takes a world through one step; what goes wrong names the step.
+inline void advance(TestWorld& world, Trace& trace) {
+  const std::string place = "step " + std::to_string(world.step()) + ": ";
+  try {
+    world.advance();
+  } catch (const std::exception& error) {
+    throw std::runtime_error(place + error.what());
+  }
+  trace.push_back(world.marks());
+}
+
+inline void begin(TestWorld& world, Trace& trace) {
+  world.begin();
+  trace.push_back(world.marks());
+}
+
+/// Takes a world that has not begun through its whole life.
+inline Trace live(TestWorld& world, std::uint64_t steps) {
+  Trace trace;
+  begin(world, trace);
+  while (world.step() < steps) advance(world, trace);
+  return trace;
+}
+
+/// Throws, naming the first difference, unless `other` is how `expected` ends.
+inline void require_same(const Trace& expected, const Trace& other) {
+  const std::size_t skipped = expected.size() - other.size();
+  for (std::size_t i = 0; i < other.size(); ++i) {
+    const std::vector<Mark>&first = expected[skipped + i], &second = other[i];
+    const std::size_t entry = skipped + i;
+    const std::string when = entry == 0 ? "after begin" : "in step " + std::to_string(entry - 1);
+    for (std::size_t m = 0; m < std::min(first.size(), second.size()); ++m)
+      if (first[m] != second[m]) throw std::runtime_error(first[m].part + " differs " + when);
+    if (first.size() != second.size()) throw std::runtime_error("something differs " + when);
+  }
+}
+
+/// The single checks of an environment; each throws what it finds.
+class EnvironmentCheck {
+ public:
+  EnvironmentCheck(MakeEnvironment make, EnvironmentOptions options)
+      : make_(std::move(make)), options_(std::move(options)) {}
+
+  [[nodiscard]] Failures run();
+
+ private:
+  [[nodiscard]] EnvironmentStage stage() const { return {make_(), options_}; }
+  [[nodiscard]] Trace alone(std::uint64_t seed) const {
+    const EnvironmentStage fresh = stage();
+    return live(*fresh.world(seed), options_.steps);
+  }
+
+  void declares_the_same_twice() const;
+  void adds_to_forces() const;
+  void one_instance_twice() const;
+  void interleaved(const EnvironmentStage& first, const EnvironmentStage& second) const;
+  void on_several_threads() const;
+  void restored(std::uint64_t step) const;
+  void shuffled() const;
+  void conserves() const;
+
+  MakeEnvironment make_;
+  EnvironmentOptions options_;
+  Trace expected_;  ///< of a fresh instance in a fresh world
+  Trace other_;     ///< the same of another seed
+};
+
+inline Failures EnvironmentCheck::run() {
+  Failures failures;
+  // Without a declaration and one whole life there is nothing to compare with.
+  if (!attempt(failures, "declare", [&] { declares_the_same_twice(); })) return failures;
+  const auto first_life = [&] {
+    expected_ = alone(options_.seed);
+    other_ = alone(options_.seed + 1);
+  };
+  if (!attempt(failures, "a first simulation", first_life)) return failures;
+  attempt(failures, "a second instance, the same seed",
+          [&] { require_same(expected_, alone(options_.seed)); });
+  attempt(failures, "a second simulation of one instance", [&] { one_instance_twice(); });
+  attempt(failures, "two instances in turns", [&] { interleaved(stage(), stage()); });
+  attempt(failures, "one instance serving two worlds in turns", [&] {
+    const EnvironmentStage both = stage();
+    interleaved(both, both);
+  });
+  attempt(failures, "one instance on several threads", [&] { on_several_threads(); });
+  for (const std::uint64_t step : {options_.steps / 4, options_.steps / 2, options_.steps * 3 / 4})
+    attempt(failures, "saved before step " + std::to_string(step) + ", restored to a new instance",
+            [&] { restored(step); });
+  attempt(failures, "another storage order of the cells", [&] { shuffled(); });
+  attempt(failures, "act(forces)", [&] { adds_to_forces(); });
+  if (options_.total) attempt(failures, "conservation", [&] { conserves(); });
+  return failures;
+}
+
+inline void EnvironmentCheck::declares_the_same_twice() const {
+  const std::vector<std::string> first = stage().declared().lines();
+  const std::vector<std::string> second = stage().declared().lines();
+  for (std::size_t i = 0; i < std::max(first.size(), second.size()); ++i) {
+    const std::string a = i < first.size() ? first[i] : "nothing";
+    const std::string b = i < second.size() ? second[i] : "nothing";
+    if (a != b) throw std::runtime_error("a second instance declares '" + b + "', not '" + a + "'");
+  }
+}
+
+inline void EnvironmentCheck::adds_to_forces() const {
+  const EnvironmentStage fresh = stage();
+  const auto world = fresh.world(options_.seed);
+  world->check_forces_add = true;
+  static_cast<void>(live(*world, options_.steps));
+}
+
+inline void EnvironmentCheck::one_instance_twice() const {
+  const EnvironmentStage one = stage();
+  static_cast<void>(live(*one.world(options_.seed + 1), options_.steps));
+  require_same(expected_, live(*one.world(options_.seed), options_.steps));
+}
+
+inline void EnvironmentCheck::interleaved(const EnvironmentStage& first,
+                                          const EnvironmentStage& second) const {
+  const auto a = first.world(options_.seed), b = second.world(options_.seed + 1);
+  Trace of_a, of_b;
+  begin(*a, of_a);
+  begin(*b, of_b);
+  while (a->step() < options_.steps) {
+    advance(*a, of_a);
+    advance(*b, of_b);
+  }
+  require_same(expected_, of_a);
+  require_same(other_, of_b);
+}
+
+inline void EnvironmentCheck::on_several_threads() const {
+  const EnvironmentStage one = stage();
+  std::vector<Trace> traces(4);
+  on_threads(traces.size(), [&](std::size_t i) {
+    traces[i] = live(*one.world(options_.seed + i % 2), options_.steps);
+  });
+  for (std::size_t i = 0; i < traces.size(); ++i)
+    require_same(i % 2 == 0 ? expected_ : other_, traces[i]);
+}
+
+/// The second half of the life is another instance's, on another thread.
+inline void EnvironmentCheck::restored(std::uint64_t step) const {
+  Bytes saved;
+  {
+    const EnvironmentStage before = stage();
+    const auto world = before.world(options_.seed);
+    static_cast<void>(live(*world, step));
+    saved = world->save();
+  }
+  Trace rest;
+  on_threads(1, [&](std::size_t) {
+    const EnvironmentStage after = stage();
+    const auto world = after.world(options_.seed + 1);
+    world->restore(saved);
+    while (world->step() < options_.steps) advance(*world, rest);
+  });
+  require_same(expected_, rest);
+}
+
+inline void EnvironmentCheck::shuffled() const {
+  for (const std::uint64_t order : {1, 2}) {
+    const EnvironmentStage fresh = stage();
+    Script script = options_.script;
+    script.shuffle = order;
+    require_same(expected_, live(*fresh.world(options_.seed, script), options_.steps));
+  }
+}
+
+inline void EnvironmentCheck::conserves() const {
+  const EnvironmentStage fresh = stage();
+  const auto world = fresh.world(options_.seed);
+  double before = 0, changed = 0;
+  world->watch = [&](TestWorld& w, Phase, bool done) {
+    const double now = options_.total(w);
+    if (done)
+      changed += now - before;
+    else
+      before = now;
+  };
+  Trace trace;
+  begin(*world, trace);
+  while (world->step() < options_.steps) {
+    const std::string step = std::to_string(world->step());
+    const double due = options_.change ? options_.change(*world) : 0;
+    changed = 0;
+    advance(*world, trace);
+    const double limit = options_.tolerance * std::max(1.0, std::abs(before));
+    if (!(std::abs(changed - due) <= limit))
+      throw std::runtime_error("the total changes by " + text_of(changed) + " in step " + step +
+                               ", not by " + text_of(due));
+  }
+}
+
+}  // namespace detail
+
+/// Whether environments made by `make` keep the contract of environment.hpp and world.hpp. Each
+/// failure names the check and the first difference. What is checked:
+///
+/// - two instances of the same parameters declare the same;
+/// - sensors and forces are finite, grids are finite, and not negative if cells take up from them;
+/// - only what this instance declares is touched, and in the phases where it may be; forces are
+///   added to those of others;
+/// - a simulation hangs on its seed alone: whatever the instance did before, whatever other
+///   instances do meanwhile, serving other worlds in turns or from several threads;
+/// - all state is the world's: one saved, restored and handed to a new instance lives on the same;
+/// - the storage order of the cells changes nothing, by (organism, id), to the last bit;
+/// - `options.total` changes as `options.change` says.
+[[nodiscard]] inline Failures check_environment(const MakeEnvironment& make,
+                                                const EnvironmentOptions& options = {}) {
+  return detail::EnvironmentCheck(make, options).run();
+}
+
+/// The same for a plugin class and its parameters: check_environment<Breeze>({.strength = 2}).
+template <class E>
+[[nodiscard]] Failures check_environment(
+    const typename E::Parameters& parameters = typename E::Parameters(),
+    const EnvironmentOptions& options = {}) {
+  return check_environment([&] { return std::make_unique<E>(parameters); }, options);
+}
+
+}  // namespace somas::testing

@@ -1,0 +1,202 @@
+// The conformance check of specialization trees.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <set>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "somas/sdk/specialization.hpp"
+#include "somas/sdk/testing/failures.hpp"
+#include "somas/sdk/testing/heritable.hpp"
+
+namespace somas::testing {
+
+/// How check_specialization looks at a specialization.
+struct SpecializationOptions {
+  HeritableOptions heritable{};   ///< for trees that evolve
+  std::uint64_t mutations = 500;  ///< in a row, each of which must give a tree again
+};
+
+/// A new instance of the class that is checked, with its parameters.
+using MakeSpecialization = std::function<std::unique_ptr<Specialization>()>;
+
+/// A state that a tree emitted, with its own copies.
+struct GrownState {
+  std::string name;
+  std::uint64_t key = 0;  ///< derived from the name when the tree gives 0
+  std::uint16_t parent = no_state;
+  double mass = 0, radius = 0, stiffness = 0, adhesion = 0, adhesion_range = 0;
+  std::vector<double> skills{};
+  bool operator==(const GrownState&) const = default;
+};
+
+/// Takes what the host takes; throws std::runtime_error, naming the state, for what it refuses.
+class TestTreeSink final : public TreeSink {
+ public:
+  explicit TestTreeSink(std::span<const SkillInfo> skills) : skills_(skills) {}
+
+  void add(const StateSpec& spec) override {
+    const std::string name(spec.name);
+    const auto require = [&](bool fine, const std::string& what) {
+      if (!fine) throw std::runtime_error("state '" + name + "': " + what);
+    };
+    const bool root = states.empty();
+    const auto at_least = [](double x, double least) { return std::isfinite(x) && x >= least; };
+    require(!name.empty(), "a state needs a name");
+    require(root == (spec.parent == no_state), "one state, the first, is the root");
+    require(root || spec.parent < states.size(), "its parent must come before it");
+    require(at_least(spec.mass, 0) && spec.mass > 0, "the mass must be positive");
+    require(at_least(spec.radius, 0) && spec.radius > 0, "the radius must be positive");
+    require(at_least(spec.stiffness, 0), "the stiffness must not be negative");
+    require(at_least(spec.adhesion, 0), "the adhesion must not be negative");
+    require(at_least(spec.adhesion_range, 1), "the adhesion range must be at least 1");
+    require(spec.skills.size() == skills_.size(), "one value is needed for every skill");
+    for (std::size_t i = 0; i < skills_.size(); ++i)
+      require(at_least(spec.skills[i], skills_[i].spec.minimum) &&
+                  spec.skills[i] <= skills_[i].spec.maximum,
+              "the skill '" + std::string(skills_[i].name) + "' is out of its range");
+    GrownState state{name,          spec.key != 0 ? spec.key : stable_key(name),
+                     spec.parent,   spec.mass,
+                     spec.radius,   spec.stiffness,
+                     spec.adhesion, spec.adhesion_range};
+    state.skills.assign(spec.skills.begin(), spec.skills.end());
+    require(names_.insert(name).second, "the name is taken");
+    require(keys_.insert(state.key).second, "the key is taken");
+    states.push_back(std::move(state));
+  }
+
+  std::vector<GrownState> states;
+
+ private:
+  std::span<const SkillInfo> skills_;
+  std::set<std::string> names_;
+  std::set<std::uint64_t> keys_;
+};
+
+namespace detail {
+
+/// The single checks of a specialization; each throws what it finds.
+class SpecializationCheck {
+ public:
+  SpecializationCheck(MakeSpecialization make, std::span<const SkillInfo> skills,
+                      SpecializationOptions options)
+      : make_(std::move(make)), skills_(skills), options_(options) {}
+
+  [[nodiscard]] Failures run() const;
+
+ private:
+  using States = std::vector<GrownState>;
+
+  /// An instance that has been told the skills, by views that are valid during the call only.
+  [[nodiscard]] std::unique_ptr<Specialization> declared() const {
+    std::unique_ptr<Specialization> made = make_();
+    std::vector<std::string> names;
+    for (const SkillInfo& skill : skills_) names.emplace_back(skill.name);
+    std::vector<SkillInfo> views;
+    for (std::size_t i = 0; i < names.size(); ++i) views.push_back({names[i], skills_[i].spec});
+    made->declare(views);
+    return made;
+  }
+  [[nodiscard]] States grow(const Specialization& tree, GenesView genes) const {
+    TestTreeSink sink(skills_);
+    tree.grow(genes, skills_, sink);
+    if (sink.states.empty()) throw std::runtime_error("the tree has no states");
+    return std::move(sink.states);
+  }
+  [[nodiscard]] Genes random(const Specialization& tree, std::uint64_t number) const {
+    Rng rng(options_.heritable.seed, 0, 0, stable_key("tree"), number);
+    Genes genes;
+    if (const Heritable* heritable = tree.heritable()) {
+      heritable->random({}, rng, genes);
+      for (std::uint64_t i = 0; i < 10 * number; ++i) heritable->mutate({}, rng, genes);
+    }
+    return genes;
+  }
+  void grows_the_same() const;
+  void keeps_growing(const Specialization& tree, const Heritable& heritable) const;
+
+  MakeSpecialization make_;
+  std::span<const SkillInfo> skills_;
+  SpecializationOptions options_;
+};
+
+inline Failures SpecializationCheck::run() const {
+  Failures failures;
+  std::unique_ptr<Specialization> tree;
+  if (!attempt(failures, "declare", [&] { tree = declared(); })) return failures;
+  attempt(failures, "grow", [&] { grows_the_same(); });
+  const Heritable* heritable = tree->heritable();
+  if (heritable == nullptr) return failures;
+  const Layout none{};
+  const Failures laws = check_heritable(*heritable, std::span(&none, 1), options_.heritable);
+  failures.insert(failures.end(), laws.begin(), laws.end());
+  attempt(failures, "grow after mutations", [&] { keeps_growing(*tree, *heritable); });
+  return failures;
+}
+
+inline void SpecializationCheck::grows_the_same() const {
+  const std::unique_ptr<Specialization> tree = declared(), other = declared();
+  constexpr std::size_t genomes = 4;
+  std::vector<States> expected(genomes), threaded(genomes);
+  for (std::size_t i = 0; i < genomes; ++i) expected[i] = grow(*tree, random(*tree, i));
+  for (std::size_t i = genomes; i-- > 0;) {
+    if (grow(*tree, random(*tree, i)) != expected[i])
+      throw std::runtime_error("equal genes give another tree the second time");
+    if (grow(*other, random(*other, i)) != expected[i])
+      throw std::runtime_error("equal genes give another tree in a second instance");
+  }
+  on_threads(genomes, [&](std::size_t i) { threaded[i] = grow(*tree, random(*tree, i)); });
+  if (threaded != expected)
+    throw std::runtime_error("equal genes give another tree when several threads call");
+}
+
+/// A long walk of mutations, and children of what lies on it: every one must give a tree.
+inline void SpecializationCheck::keeps_growing(const Specialization& tree,
+                                               const Heritable& heritable) const {
+  Rng rng(options_.heritable.seed, 0, 0, stable_key("walk"), 0);
+  Genes genes, child;
+  heritable.random({}, rng, genes);
+  Genes ancestor = genes;
+  for (std::uint64_t i = 0; i < options_.mutations; ++i) {
+    heritable.mutate({}, rng, genes);
+    try {
+      heritable.check({}, genes);
+      static_cast<void>(grow(tree, genes));
+      heritable.cross({}, ancestor, genes, rng, child);
+      static_cast<void>(grow(tree, child));
+    } catch (const std::exception& error) {
+      throw std::runtime_error("mutation " + std::to_string(i + 1) + ": " + error.what());
+    }
+    if (i % 20 == 19) ancestor = child;
+  }
+}
+
+}  // namespace detail
+
+/// Whether specializations made by `make` keep the contract of specialization.hpp when there are
+/// `skills` (as the host lists them: the model's capacity, diffusion and energy_efficiency, then
+/// the environments'): trees that the host takes (the root first, parents before children, names
+/// and keys unique, every number in its range), the same for equal genes; and, if the tree evolves,
+/// the laws of heritable.hpp and a tree from all genes that fit.
+[[nodiscard]] inline Failures check_specialization(const MakeSpecialization& make,
+                                                   std::span<const SkillInfo> skills,
+                                                   const SpecializationOptions& options = {}) {
+  return detail::SpecializationCheck(make, skills, options).run();
+}
+
+/// The same for a plugin class and its parameters.
+template <class S>
+[[nodiscard]] Failures check_specialization(const typename S::Parameters& parameters,
+                                            std::span<const SkillInfo> skills,
+                                            const SpecializationOptions& options = {}) {
+  return check_specialization([&] { return std::make_unique<S>(parameters); }, skills, options);
+}
+
+}  // namespace somas::testing

@@ -1,0 +1,97 @@
+// Every bundled environment keeps the contract of the SDK.
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <string>
+
+#include <gmock/gmock.h>
+
+#include "somas/sdk/testing/environment.hpp"
+
+#include "plugins/environments/cyclic_nutrients/cyclic_nutrients.hpp"
+#include "plugins/environments/nutrients/nutrients.hpp"
+#include "plugins/environments/particle_aggression/particle_aggression.hpp"
+
+namespace somas::environments {
+namespace {
+
+struct Case {
+  std::string name;
+  std::function<somas::testing::Failures()> check;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+/// A class with parameters that make everything happen within the steps of the check.
+template <class E>
+Case conforms(std::string name, typename E::Parameters parameters = typename E::Parameters(),
+              somas::testing::EnvironmentOptions options = {}) {
+  return {std::move(name),
+          [=] { return somas::testing::check_environment<E>(parameters, options); }};
+}
+
+Nutrients::Parameters disc() {
+  Nutrients::Parameters parameters;
+  parameters.initial = 0.5;
+  parameters.region = "disc";
+  parameters.radius = 20;
+  return parameters;
+}
+
+CyclicNutrients::Parameters short_gaps() {
+  CyclicNutrients::Parameters parameters;
+  parameters.present = 8;
+  parameters.first_gap = 3;
+  return parameters;
+}
+
+class EnvironmentConformance : public ::testing::TestWithParam<Case> {};
+
+TEST_P(EnvironmentConformance, KeepsTheContract) {
+  EXPECT_THAT(GetParam().check(), ::testing::IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Bundled, EnvironmentConformance,
+    ::testing::Values(
+        conforms<Nutrients>("nutrients"), conforms<Nutrients>("nutrients_of_a_disc", disc()),
+        conforms<CyclicNutrients>("cyclic_nutrients", short_gaps()),
+        conforms<ParticleAggression>("particle_aggression",
+                                     {.spawn_radius = 20, .speed = 1.5, .rate_constant = 6}),
+        conforms<ParticleAggression>("particle_aggression_later", {.start = 20})),
+    [](const auto& test) { return test.param.name; });
+
+/// Nutrients grow by what each patch has room for; nothing else comes or goes.
+TEST(Nutrients, GrowByTheRoomOfEveryPatch) {
+  const Nutrients::Parameters parameters;
+  somas::testing::EnvironmentOptions options;
+  options.total = [](somas::testing::TestWorld& world) {
+    double sum = 0;
+    for (const double content : world.grid("it", "content").values) sum += content;
+    return sum;
+  };
+  options.change = [&](somas::testing::TestWorld& world) {
+    const double growth = world.step() / 10 % 2 == 1 ? parameters.patches.regeneration / 2
+                                                     : parameters.patches.regeneration;
+    double sum = 0;
+    for (const double content : world.grid("it", "content").values)
+      sum += std::min(growth, parameters.patches.capacity - content);
+    return sum;
+  };
+  EXPECT_THAT(somas::testing::check_environment<Nutrients>(parameters, options),
+              ::testing::IsEmpty());
+}
+
+/// The check above sees the meals: the cells did eat, so that there was room to grow into.
+TEST(Nutrients, AreTakenUpByTheCellsOfATestWorld) {
+  const somas::testing::EnvironmentStage stage(std::make_unique<Nutrients>(Nutrients::Parameters()),
+                                               {});
+  const auto world = stage.world(1);
+  world->begin();
+  while (world->step() < 20) world->advance();
+  EXPECT_GT(world->eaten()[0], 1.0);
+}
+
+}  // namespace
+}  // namespace somas::environments
