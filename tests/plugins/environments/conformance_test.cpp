@@ -12,6 +12,8 @@
 #include "plugins/environments/cyclic_nutrients/cyclic_nutrients.hpp"
 #include "plugins/environments/nutrients/nutrients.hpp"
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
+#include "plugins/environments/seasons/seasons.hpp"
+#include "plugins/environments/two_nutrients/two_nutrients.hpp"
 
 namespace somas::environments {
 namespace {
@@ -46,6 +48,21 @@ CyclicNutrients::Parameters short_gaps() {
   return parameters;
 }
 
+Seasons::Parameters short_years() {
+  Seasons::Parameters parameters;
+  parameters.cycles.resize(1);
+  parameters.cycles[0].period = 7;
+  parameters.cycles[0].from = 3;
+  return parameters;
+}
+
+/// Something to vary.
+somas::testing::EnvironmentOptions with_nutrients() {
+  somas::testing::EnvironmentOptions options;
+  options.variables = {{"nutrients", "regeneration", {.value = 0.15, .minimum = 0}}};
+  return options;
+}
+
 class EnvironmentConformance : public ::testing::TestWithParam<Case> {};
 
 TEST_P(EnvironmentConformance, KeepsTheContract) {
@@ -59,7 +76,9 @@ INSTANTIATE_TEST_SUITE_P(
         conforms<CyclicNutrients>("cyclic_nutrients", short_gaps()),
         conforms<ParticleAggression>("particle_aggression",
                                      {.spawn_radius = 20, .speed = 1.5, .rate_constant = 6}),
-        conforms<ParticleAggression>("particle_aggression_later", {.start = 20})),
+        conforms<ParticleAggression>("particle_aggression_later", {.start = 20}),
+        conforms<Seasons>("seasons", short_years(), with_nutrients()),
+        conforms<TwoNutrients>("two_nutrients")),
     [](const auto& test) { return test.param.name; });
 
 /// Nutrients grow by what each patch has room for; nothing else comes or goes.

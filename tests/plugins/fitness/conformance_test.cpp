@@ -7,6 +7,7 @@
 
 #include "somas/sdk/testing/fitness.hpp"
 
+#include "plugins/fitness/competition/competition.hpp"
 #include "plugins/fitness/survival_time/survival_time.hpp"
 
 namespace somas::fitness {
@@ -31,7 +32,8 @@ TEST_P(FitnessConformance, KeepsTheContract) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Bundled, FitnessConformance,
-                         ::testing::Values(conforms<SurvivalTime>("survival_time")),
+                         ::testing::Values(conforms<SurvivalTime>("survival_time"),
+                                           conforms<Competition>("competition")),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "somas/sdk/testing/specialization.hpp"
 
+#include "plugins/specialization/evolved_tree/evolved_tree.hpp"
 #include "plugins/specialization/tree/tree.hpp"
 
 namespace somas::specialization {
@@ -55,7 +56,8 @@ TEST_P(SpecializationConformance, KeepsTheContract) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Bundled, SpecializationConformance,
-                         ::testing::Values(conforms<Tree>("tree", three_states())),
+                         ::testing::Values(conforms<Tree>("tree", three_states()),
+                                           conforms<EvolvedTree>("evolved_tree", {.budget = 9})),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

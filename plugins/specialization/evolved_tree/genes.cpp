@@ -1,0 +1,128 @@
+#include "plugins/specialization/evolved_tree/genes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "plugins/controllers/common/bytes.hpp"
+
+namespace somas::specialization {
+
+namespace {
+
+constexpr std::uint32_t format = 1;
+constexpr std::uint32_t root_mark = 0xFFFFFFFFu;
+constexpr std::uint32_t most = 4096;  // of skills or states, in any bytes
+
+void require(bool fine, const char* what) {
+  if (!fine) throw std::runtime_error(std::string("the genes of the tree: ") + what);
+}
+
+void check_states(const TreeGenes& tree) {
+  for (std::size_t s = 0; s < tree.states.size(); ++s) {
+    const TreeState& state = tree.states[s];
+    require((s == 0) == (state.parent == no_parent), "one state, the first, is the root");
+    require(s == 0 || state.parent < s, "a parent must stand before its child");
+    require(tree.find(state.key) == s, "two states have one key");
+    for (const double points : state.points)
+      require(std::isfinite(points), "points must be finite numbers");
+  }
+}
+
+}  // namespace
+
+std::optional<std::size_t> TreeGenes::find(std::uint64_t key) const {
+  for (std::size_t s = 0; s < states.size(); ++s)
+    if (states[s].key == key) return s;
+  return std::nullopt;
+}
+
+std::size_t TreeGenes::depth(std::size_t state) const {
+  std::size_t levels = 1;
+  for (; states[state].parent != no_parent; state = states[state].parent) ++levels;
+  return levels;
+}
+
+std::size_t TreeGenes::depth() const {
+  std::size_t deepest = 0;
+  for (std::size_t s = 0; s < states.size(); ++s) deepest = std::max(deepest, depth(s));
+  return deepest;
+}
+
+std::size_t TreeGenes::add(std::uint64_t key, std::size_t parent, std::vector<double> points) {
+  states.push_back({key, parent, std::move(points)});
+  return states.size() - 1;
+}
+
+void TreeGenes::remove(std::size_t state) {
+  const std::size_t parent = states[state].parent;
+  for (TreeState& other : states) {
+    if (other.parent == state) other.parent = parent;
+    if (other.parent != no_parent && other.parent > state) --other.parent;
+  }
+  states.erase(states.begin() + static_cast<std::ptrdiff_t>(state));
+}
+
+void TreeGenes::sort() {
+  std::vector<std::size_t> order, todo;
+  for (std::size_t s = 0; s < states.size(); ++s)
+    if (states[s].parent == no_parent) todo.push_back(s);
+  while (!todo.empty()) {
+    const std::size_t next = todo.back();
+    todo.pop_back();
+    order.push_back(next);
+    // The last on the stack comes next: the child with the lowest key.
+    const std::size_t first_child = todo.size();
+    for (std::size_t s = 0; s < states.size(); ++s)
+      if (states[s].parent == next) todo.push_back(s);
+    std::sort(todo.begin() + static_cast<std::ptrdiff_t>(first_child), todo.end(),
+              [&](std::size_t a, std::size_t b) { return states[a].key > states[b].key; });
+  }
+  std::vector<std::size_t> place(states.size(), no_parent);
+  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = k;
+  std::vector<TreeState> sorted;
+  for (const std::size_t s : order) {
+    sorted.push_back(states[s]);
+    if (states[s].parent != no_parent) sorted.back().parent = place[states[s].parent];
+  }
+  states = std::move(sorted);
+}
+
+void encode(const TreeGenes& tree, Genes& genes) {
+  controllers::ByteWriter out(genes);
+  out.u32(format);
+  out.u32(static_cast<std::uint32_t>(tree.skills.size()));
+  out.u32(static_cast<std::uint32_t>(tree.states.size()));
+  for (const std::uint64_t skill : tree.skills) out.u64(skill);
+  for (const TreeState& state : tree.states) {
+    out.u64(state.key);
+    out.u32(state.parent == no_parent ? root_mark : static_cast<std::uint32_t>(state.parent));
+    for (const double points : state.points) out.number(points);
+  }
+}
+
+TreeGenes decode(GenesView genes) {
+  controllers::ByteReader in(genes);
+  require(in.u32() == format, "their format is another one");
+  const std::uint32_t skills = in.u32(), states = in.u32();
+  require(skills <= most && states <= most && states > 0, "they have no states, or too many");
+  in.expect_remaining(8ull * skills + states * (12ull + 8ull * skills));
+  TreeGenes tree;
+  for (std::uint32_t k = 0; k < skills; ++k) tree.skills.push_back(in.u64());
+  require(std::ranges::adjacent_find(tree.skills, std::greater_equal<>()) == tree.skills.end(),
+          "skills are out of order");
+  for (std::uint32_t s = 0; s < states; ++s) {
+    TreeState& state = tree.states.emplace_back();
+    state.key = in.u64();
+    const std::uint32_t parent = in.u32();
+    state.parent = parent == root_mark ? no_parent : parent;
+    for (std::uint32_t k = 0; k < skills; ++k) state.points.push_back(in.number());
+  }
+  check_states(tree);
+  TreeGenes sorted = tree;
+  sorted.sort();
+  require(sorted.states == tree.states, "states are out of order");
+  return tree;
+}
+
+}  // namespace somas::specialization
