@@ -44,6 +44,15 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// replay --picture FILE
+struct PictureCommand {
+  std::optional<std::filesystem::path> file;
+  std::vector<std::uint64_t> steps;
+  std::string grid;
+  std::string view = "organism";
+  std::uint32_t width = 1600;
+};
+
 /// somas-host replay RUN
 struct ReplayCommand {
   std::filesystem::path run;
@@ -53,6 +62,7 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> csv;
   bool anatomy = false;
   std::optional<std::filesystem::path> anatomy_csv;
+  PictureCommand picture;
 };
 
 /// Nothing to run: --help and --version have answered.
