@@ -1,4 +1,5 @@
 #include <array>
+#include <csignal>
 #include <string_view>
 #include <system_error>
 
@@ -67,6 +68,7 @@ std::optional<report::Picture> picture_of(const PictureCommand& command) {
 }  // namespace
 
 int execute(const ReplayCommand& command, run::Terminal& terminal) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a write error, not the end
   std::optional<report::Picture> picture = picture_of(command.picture);
   check_outputs(command);
   report::Anatomy anatomy;

@@ -1,8 +1,10 @@
 #include "core/report/canvas.hpp"
 
+#include <stdexcept>
+#include <utility>
+
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
-#include <stdexcept>
 
 #include "somas/sdk/math.hpp"
 
@@ -29,6 +31,15 @@ cairo_surface_t* surface_of(PictureFormat format, double width, double height, s
   // Else cairo writes the time of day.
   cairo_pdf_surface_set_metadata(pdf, CAIRO_PDF_METADATA_CREATE_DATE, "1970-01-01T00:00:00Z");
   return pdf;
+}
+
+// The id of the outermost group is a counter of all surfaces of the process; nothing refers to it.
+void forget_surface_number(std::string& svg) {
+  const std::string_view before = "<g id=\"surface";
+  const std::size_t at = svg.find(before);
+  if (at == std::string::npos) return;
+  const std::size_t number = at + before.size();
+  svg.erase(number, svg.find('"', number) - number);
 }
 
 // Letters of the same shape and width everywhere, whatever the desktop prefers.
@@ -90,6 +101,7 @@ std::string Canvas::finish() {
     check(cairo_surface_write_to_png_stream(surface_, append, &bytes_));
   cairo_surface_finish(surface_);
   check(cairo_surface_status(surface_));
+  if (format_ == PictureFormat::svg) forget_surface_number(bytes_);
   return std::move(bytes_);
 }
 

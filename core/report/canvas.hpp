@@ -1,10 +1,9 @@
 // A cairo surface in memory, and the file that it becomes.
 #pragma once
 
+#include <cairo.h>
 #include <string>
 #include <string_view>
-
-#include <cairo.h>
 
 #include "core/report/picture.hpp"
 

@@ -39,9 +39,9 @@ const Colour& colour_of_table(std::size_t table) {
   return table_colours[table % table_colours.size()];
 }
 
-// Grey of CIE lightness 100 (level 0) to 74: equal steps look equal, and cells stand out.
+// Grey of CIE lightness 100 (level 0) to 84: equal steps look equal, and cells stand out.
 Colour colour_of_level(int level) {
-  const double f = (100.0 - 26.0 * level / (levels - 1) + 16) / 116;
+  const double f = (100.0 - 16.0 * level / (levels - 1) + 16) / 116;
   const double linear = f * f * f;
   const double grey = 1.055 * math::exp(math::log(linear) / 2.4) - 0.055;
   return {grey, grey, grey, 1};
@@ -146,9 +146,9 @@ void Painter::paint_panel(const Panel& panel, double left) {
   centre_x_ = left + layout_.panel / 2;
   centre_y_ = top + layout_.panel / 2;
   canvas_.colour(black);
-  canvas_.text(left, layout_.gap + layout_.font, layout_.font, layout_.panel,
-               "step " + std::to_string(panel.step) + ", " +
-                   plugins::plural(panel.cells.size(), "cell"));
+  canvas_.text(
+      left, layout_.gap + layout_.font, layout_.font, layout_.panel,
+      "step " + std::to_string(panel.step) + ", " + plugins::plural(panel.cells.size(), "cell"));
 
   cairo_save(c);
   cairo_rectangle(c, left, top, layout_.panel, layout_.panel);
@@ -168,8 +168,13 @@ void Painter::paint_panel(const Panel& panel, double left) {
 
 void Painter::paint_grid(const Panel& panel) {
   if (panel.grid.empty() || high_ <= low_) return;
+  cairo_t* c = canvas_.context();
+  cairo_save(c);
+  canvas_.disc(px(0), py(0), picture_.radius_ * scale_);
+  cairo_clip(c);
   // From light to dark, each level over all that is at least as dark: no gaps between squares.
   for (int level = 1; level < levels; ++level) paint_level(panel, level);
+  cairo_restore(c);
 }
 
 void Painter::paint_level(const Panel& panel, int level) {

@@ -1,7 +1,6 @@
 #include "core/report/picture.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/plugins/suggest.hpp"
 #include "core/report/painter.hpp"
@@ -73,9 +72,8 @@ void Picture::choose_grid(const model::Schema& schema) {
       options_.grid.empty() ? names.begin() : std::find(names.begin(), names.end(), options_.grid);
   if (found == names.end()) {
     if (options_.grid.empty()) return;
-    throw run::UsageError("there is no grid '" + options_.grid +
-                          "'; grids: " + plugins::join(names) +
-                          plugins::did_you_mean(options_.grid, names));
+    throw run::UsageError("there is no grid '" + options_.grid + "'; grids: " +
+                          plugins::join(names) + plugins::did_you_mean(options_.grid, names));
   }
   grid_ = static_cast<Id>(found - names.begin());
   grid_name_ = *found;

@@ -1,11 +1,11 @@
 // An organism in its world, drawn for papers: a panel for each chosen step, side by side and to
 // the same scale.
 //
-// Drawn from below: a grid's content (grey, linear in CIE lightness), the world's circle, outlines
-// of environments, cells (true radius, a colour a state; dividing cells have a black rim), and the
-// rows of tables with columns x and y (particles). Colours of states and tables are those of
-// Okabe and Ito (2008), which colour-blind people can tell apart; from the seventh state on they
-// return darker.
+// Drawn from below: a grid's content (inside the world; grey, linear in CIE lightness), the world's
+// circle, outlines of environments, cells (true radius, a colour a state; dividing cells have a
+// black rim), and the rows of tables with columns x and y (particles). Colours of states and tables
+// are those of Okabe and Ito (2008), which colour-blind people can tell apart; from the seventh
+// state on they return darker.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ enum class PictureFormat { svg, pdf, png };
 [[nodiscard]] PictureFormat picture_format(const std::filesystem::path& file);
 
 struct PictureOptions {
-  std::vector<std::uint64_t> steps;  ///< from 0; the world after the step
-  std::string grid;                  ///< "instance.name"; empty: the first there is; "none"
-  bool whole_world = false;          ///< instead of the organism and a margin
-  std::uint32_t width = 1600;        ///< pixels of a PNG, points of SVG and PDF
+  std::vector<std::uint64_t> steps = {};  ///< from 0; the world after the step
+  std::string grid = {};                  ///< "instance.name"; empty: the first there is; "none"
+  bool whole_world = false;               ///< instead of the organism and a margin
+  std::uint32_t width = 1600;             ///< pixels of a PNG, points of SVG and PDF
 };
 
 /// A cell, and dots of a table, as they were. Lengths are those of the model (founder's radius: 1).
