@@ -24,6 +24,10 @@ set_target_properties(xxHash::xxhash PROPERTIES
   IMPORTED_LOCATION "${XXHASH_LIBRARY}"
   INTERFACE_INCLUDE_DIRECTORIES "${XXHASH_INCLUDE_DIR}")
 
+# cairo comes with a pkg-config file only. Pictures are drawn with it.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(cairo REQUIRED IMPORTED_TARGET GLOBAL cairo>=1.16)   # PkgConfig::cairo
+
 if(SOMAS_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)           # GTest::gtest_main, GTest::gmock
   find_package(rapidcheck REQUIRED)           # rapidcheck, rapidcheck_gtest: property tests

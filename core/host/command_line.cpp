@@ -167,6 +167,34 @@ void add_moments(CLI::App& app, Options& options) {
       ->check(whole_number(1, UINT64_MAX));
 }
 
+void add_picture(CLI::App& app, PictureCommand& picture) {
+  CLI::Option* file =
+      app.add_option("--picture", picture.file,
+                     "Draw the world after the steps of --steps; FILE ends in .svg, .pdf or .png")
+          ->type_name("FILE");
+  CLI::Option* steps =
+      app.add_option("--steps", picture.steps,
+                     "A step to draw, or several: 100,300,500; may be repeated; a panel each")
+          ->type_name("N")
+          ->delimiter(',')
+          ->allow_extra_args(false)
+          ->check(whole_number(0, INT64_MAX));
+  file->needs(steps);
+  steps->needs(file);
+  app.add_option("--grid", picture.grid,
+                 "The grid below the cells, as INSTANCE.NAME, or none; default: the first")
+      ->type_name("GRID")
+      ->needs(file);
+  app.add_option("--view", picture.view, "organism (default) or world")
+      ->type_name("VIEW")
+      ->check(CLI::IsMember({"organism", "world"}).description(""))
+      ->needs(file);
+  app.add_option("--width", picture.width, "Of the picture, in pixels; default 1600")
+      ->type_name("N")
+      ->check(whole_number(100, 20000))
+      ->needs(file);
+}
+
 void add_replay(CLI::App& parser, Options& options) {
   ReplayCommand& replay = options.replay;
   CLI::App& app = *parser.add_subcommand(
@@ -190,6 +218,7 @@ void add_replay(CLI::App& parser, Options& options) {
   app.add_option("--csv", replay.csv, "Write cells by state and the world's hash of every step")
       ->type_name("FILE");
   add_moments(app, options);
+  add_picture(app, replay.picture);
   add_plugin_path(app, replay.plugin_path);
 }
 

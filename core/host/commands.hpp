@@ -44,6 +44,15 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// replay --picture FILE
+struct PictureCommand {
+  std::optional<std::filesystem::path> file;
+  std::vector<std::uint64_t> steps;
+  std::string grid;
+  std::string view = "organism";
+  std::uint32_t width = 1600;
+};
+
 /// somas-host replay RUN
 struct ReplayCommand {
   std::filesystem::path run;
@@ -60,6 +69,7 @@ struct ReplayCommand {
   bool save = false;                                ///< --save-state
   std::optional<std::filesystem::path> save_state;  ///< default: in RUN/states
   std::optional<std::uint64_t> at_step;
+  PictureCommand picture;
 };
 
 /// somas-host compete FILE

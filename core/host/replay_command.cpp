@@ -8,6 +8,7 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/report/anatomy.hpp"
+#include "core/report/picture.hpp"
 #include "core/run/errors.hpp"
 #include "core/run/files.hpp"
 #include "core/run/replay.hpp"
@@ -93,6 +94,16 @@ void write_state(const fs::path& file, const run::SavedState& state, bool in_run
   run::write_output(file, to_text(state));
 }
 
+void refuse_same_file(const char* option, const std::optional<fs::path>& file, const char* other,
+                      const std::optional<fs::path>& other_file) {
+  if (!file || !other_file || file->empty()) return;
+  std::error_code error;
+  if (run::target_of(*file) == run::target_of(*other_file) ||
+      fs::equivalent(*file, *other_file, error))
+    throw run::UsageError(std::string(option) + " and " + other +
+                          " name the same file: " + file->string());
+}
+
 void check_outputs(const ReplayCommand& command) {
   const auto check = [&](const char* option, const std::optional<fs::path>& file) {
     if (!file) return;
@@ -100,14 +111,21 @@ void check_outputs(const ReplayCommand& command) {
     refuse_file_of_run(option, *file, command.run);
     run::check_output(*file);
   };
-  if (command.csv && command.anatomy_csv && !command.csv->empty()) {
-    std::error_code error;
-    if (run::target_of(*command.csv) == run::target_of(*command.anatomy_csv) ||
-        fs::equivalent(*command.csv, *command.anatomy_csv, error))
-      throw run::UsageError("--csv and --anatomy-csv name the same file: " + command.csv->string());
-  }
+  refuse_same_file("--csv", command.csv, "--anatomy-csv", command.anatomy_csv);
+  refuse_same_file("--csv", command.csv, "--picture", command.picture.file);
+  refuse_same_file("--anatomy-csv", command.anatomy_csv, "--picture", command.picture.file);
   check("--csv", command.csv);
   check("--anatomy-csv", command.anatomy_csv);
+  check("--picture", command.picture.file);
+}
+
+std::optional<report::Picture> picture_of(const PictureCommand& command) {
+  if (!command.file) return std::nullopt;
+  (void)report::picture_format(*command.file);  // refuses before a life is simulated
+  return report::Picture({.steps = command.steps,
+                          .grid = command.grid,
+                          .whole_world = command.view == "world",
+                          .width = command.width});
 }
 
 }  // namespace
@@ -116,6 +134,7 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
   // A file that may not grow is an error to report, not a death by signal.
   std::signal(SIGXFSZ, SIG_IGN);
   check_moments(command);
+  std::optional<report::Picture> picture = picture_of(command.picture);
   check_outputs(command);
   const std::optional<fs::path> state_file = state_file_of(command);
   report::Anatomy anatomy;
@@ -130,14 +149,17 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
                              .wounds = {},
                              .save_at = command.at_step};
   for (const std::string& wound : command.wounds) options.wounds.push_back(wound_of(wound));
-  if (command.anatomy || command.anatomy_csv)
+  const bool with_anatomy = command.anatomy || command.anatomy_csv;
+  if (with_anatomy || picture)
     options.observer = [&](const model::Simulation& world) {
-      if (world.state().organisms.size() > 1)
+      if (with_anatomy && world.state().organisms.size() > 1)
         throw run::UsageError("--anatomy is of an organism alone in its world; this champion had " +
                               std::to_string(world.state().organisms.size() - 1) + " for company");
-      anatomy.observe(world);
+      if (with_anatomy) anatomy.observe(world);
+      if (picture) picture->observe(world);
     };
   const run::ReplayReport replayed = run::replay(options);
+  if (picture) picture->check_complete();
   for (const std::string& warning : replayed.warnings) terminal.line("warning: " + warning);
   print(to_text(replayed));
   if (command.anatomy) print("anatomy\n" + anatomy.to_text());
@@ -149,6 +171,9 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
   } else if (state_file) {
     terminal.line("warning: no state is saved: the life up to it is not the recorded one");
   }
+  if (picture)
+    run::write_output(*command.picture.file,
+                      picture->render(report::picture_format(*command.picture.file)));
   if (command.csv) run::write_output(*command.csv, run::to_csv(replayed.replayed));
   return replayed.matches() ? exit_ok : exit_not_reproduced;
 }

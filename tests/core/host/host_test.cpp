@@ -373,6 +373,49 @@ TEST_F(Host, AReplayNeverOverwritesItsRun) {
   EXPECT_EQ(host({"replay", "a", "--csv", "a/mine.csv"}), 0) << err_;
 }
 
+TEST_F(Host, ReplayDrawsTheOrganismAtChosenSteps) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--picture", "p.svg", "--steps", "0,2", "--steps", "1"}), 0)
+      << err_;
+  EXPECT_THAT(out_, HasSubstr("reproduced: "));
+  EXPECT_THAT(text("p.svg"), AllOf(StartsWith("<?xml"), HasSubstr("</svg>")));
+  ASSERT_EQ(host({"replay", "a", "--picture", "p.pdf", "--steps", "1"}), 0) << err_;
+  EXPECT_THAT(text("p.pdf"), StartsWith("%PDF-"));
+  ASSERT_EQ(host({"replay", "a", "--picture", "p.PNG", "--steps", "1", "--view", "world", "--width",
+                  "300"}),
+            0)
+      << err_;
+  EXPECT_THAT(text("p.PNG"), HasSubstr("PNG"));
+  ASSERT_EQ(host({"replay", "a", "--picture", "q.svg", "--steps", "0,1,2"}), 0) << err_;
+  EXPECT_EQ(text("p.svg"), text("q.svg"));
+}
+
+TEST_F(Host, APictureThatCannotBeIsRefusedAndLeavesNoFile) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  const auto refused = [&](std::vector<std::string> more, const char* because) {
+    more.insert(more.begin(), {"replay", "a"});
+    EXPECT_EQ(host(more), 2);
+    EXPECT_THAT(err_, HasSubstr(because));
+    EXPECT_THAT(out_, IsEmpty());
+  };
+  refused({"--from-step", "2", "--picture", "p.png", "--steps", "1,3"},
+          "step 1 comes before the step at which the replay begins");
+  refused({"--picture", "p.gif", "--steps", "1"}, "ends in .svg, .pdf or .png");
+  refused({"--picture", "p.png", "--steps", "100000"}, "beyond the life; its last step is ");
+  refused({"--picture", "p.png", "--steps", "1", "--grid", "x"}, "there is no grid 'x'; grids: ");
+  refused({"--picture", "p.png", "--steps", "1", "--view", "x"}, "--view");
+  refused({"--picture", "p.png", "--steps", "1,2", "--width", "150"}, "at least 200");
+  refused({"--picture", "p.png"}, "requires --steps");
+  refused({"--steps", "1"}, "requires --picture");
+  refused({"--picture", "p.png", "--steps", "1", "--csv", "./p.png"}, "name the same file");
+  EXPECT_FALSE(fs::exists(path("p.png")));
+
+  EXPECT_EQ(host({"replay", "a", "--picture", "none/p.png", "--steps", "1"}), 5);
+  // Larger than any file may be: the write fails half-way.
+  EXPECT_EQ(host({"replay", "a", "--picture", "p.png", "--steps", "1"}, 1024), 5) << err_;
+  EXPECT_FALSE(fs::exists(path("p.png")));
+}
+
 TEST_F(Host, ReplayWritesIntoTheStandardOutput) {
   ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
   // Here a file; a rename would leave the report in another one.
