@@ -34,7 +34,7 @@ std::string read(const fs::path& file) {
 // Relative to the root.
 std::vector<fs::path> pages() {
   std::vector<fs::path> found = {"README.md"};
-  for (const fs::directory_entry& entry : fs::directory_iterator(root / "docs"))
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / "docs"))
     if (entry.path().extension() == ".md") found.push_back(fs::relative(entry.path(), root));
   return found;
 }

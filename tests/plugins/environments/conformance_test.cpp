@@ -14,6 +14,7 @@
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
 #include "plugins/environments/seasons/seasons.hpp"
 #include "plugins/environments/two_nutrients/two_nutrients.hpp"
+#include "plugins/environments/walls/walls.hpp"
 
 namespace somas::environments {
 namespace {
@@ -63,6 +64,18 @@ somas::testing::EnvironmentOptions with_nutrients() {
   return options;
 }
 
+Walls::Parameters room_with_a_pillar() {
+  Walls::Parameters parameters;
+  parameters.obstacles.resize(2);
+  parameters.obstacles[0].kind = "enclosure";
+  parameters.obstacles[0].x = parameters.obstacles[0].y = 0;
+  parameters.obstacles[0].half_width = parameters.obstacles[0].half_height = 8;
+  parameters.obstacles[1].kind = "disc";
+  parameters.obstacles[1].x = parameters.obstacles[1].y = 3;
+  parameters.obstacles[1].radius = 2;
+  return parameters;
+}
+
 class EnvironmentConformance : public ::testing::TestWithParam<Case> {};
 
 TEST_P(EnvironmentConformance, KeepsTheContract) {
@@ -78,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
                                      {.spawn_radius = 20, .speed = 1.5, .rate_constant = 6}),
         conforms<ParticleAggression>("particle_aggression_later", {.start = 20}),
         conforms<Seasons>("seasons", short_years(), with_nutrients()),
-        conforms<TwoNutrients>("two_nutrients")),
+        conforms<TwoNutrients>("two_nutrients"), conforms<Walls>("walls", room_with_a_pillar())),
     [](const auto& test) { return test.param.name; });
 
 /// Nutrients grow by what each patch has room for; nothing else comes or goes.

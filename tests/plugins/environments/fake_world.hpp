@@ -118,6 +118,8 @@ struct FakeCell {
   double x = 0, y = 0;
   double radius = 1;
   std::uint64_t id = 0;
+  double vx = 0, vy = 0;
+  bool dead = false;
 };
 
 /// What an environment did to a cell.
@@ -142,18 +144,27 @@ class FakeWorld final : public World {
 
   void place(const std::vector<FakeCell>& cells) {
     x_.clear(), y_.clear(), radius_.clear(), id_.clear();
+    vx_.clear(), vy_.clear(), dead_.clear();
     for (const FakeCell& cell : cells) {
       x_.push_back(cell.x);
       y_.push_back(cell.y);
       radius_.push_back(cell.radius);
       id_.push_back(cell.id);
+      vx_.push_back(cell.vx);
+      vy_.push_back(cell.vy);
+      dead_.push_back(cell.dead ? 1 : 0);
     }
+    force_x_.assign(cells.size(), 0.0);
+    force_y_.assign(cells.size(), 0.0);
     for (auto& sensor : sensors_) sensor.assign(cells.size(), -1.0f);
     cells_.count = static_cast<std::uint32_t>(cells.size());
     cells_.x = x_;
     cells_.y = y_;
     cells_.radius = radius_;
     cells_.id = id_;
+    cells_.vx = vx_;
+    cells_.vy = vy_;
+    cells_.dead = dead_;
   }
   void set_step(std::uint64_t step) { step_ = step; }
 
@@ -166,8 +177,8 @@ class FakeWorld final : public World {
   double& scalar(Id scalar) override { return scalars_.at(scalar); }
   Grid grid(Id grid) override { return {grids_.at(grid), specs_.at(grid)}; }
   Table& table(Id table) override { return tables_.at(table); }
-  std::span<double> force_x() override { return {}; }
-  std::span<double> force_y() override { return {}; }
+  std::span<double> force_x() override { return force_x_; }
+  std::span<double> force_y() override { return force_y_; }
   void first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) override {
     ++first_hit_calls;
     for (std::size_t i = 0; i < segments.size(); ++i) cells[i] = first_cell(segments[i]);
@@ -219,7 +230,8 @@ class FakeWorld final : public World {
   std::vector<std::vector<double>> grids_;
   std::vector<FakeTable> tables_;
   std::vector<std::vector<float>> sensors_;
-  std::vector<double> x_, y_, radius_;
+  std::vector<double> x_, y_, radius_, vx_, vy_, force_x_, force_y_;
+  std::vector<std::uint8_t> dead_;
   std::vector<std::uint64_t> id_;
   Cells cells_;
 };

@@ -8,6 +8,7 @@
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
 #include "plugins/environments/seasons/seasons.hpp"
 #include "plugins/environments/two_nutrients/two_nutrients.hpp"
+#include "plugins/environments/walls/walls.hpp"
 #include "plugins/fitness/survival_time/survival_time.hpp"
 #include "plugins/specialization/tree/tree.hpp"
 
@@ -50,6 +51,15 @@ class Resting final : public Controller, private Heritable {
   void check(const Layout&, GenesView) const override {}
 };
 
+/// A constant force along x.
+class Wind final : public Environment {
+ public:
+  void declare(Declare& declare) override { declare.acts_in(Phase::forces); }
+  void act(Phase, World& world) const override {
+    for (double& force : world.force_x()) force += 0.5;
+  }
+};
+
 model::Config short_run() {
   model::Config config;
   config.max_steps = 300;
@@ -59,6 +69,7 @@ model::Config short_run() {
 struct Ending {
   Outcome outcome;
   std::uint64_t hash;
+  double x;  ///< of the first cell, if any lives
 };
 
 Ending live(std::vector<model::NamedEnvironment> environments, std::map<std::string, double> skills,
@@ -76,7 +87,8 @@ Ending live(std::vector<model::NamedEnvironment> environments, std::map<std::str
   const model::RosterEntry founder{&phenotype, 1, 0, 0};
   model::Simulation simulation(ecosystem, {&founder, 1}, seed);
   simulation.run();
-  return {simulation.outcomes()[0], simulation.hash()};
+  const std::vector<double>& x = simulation.state().cells.x;
+  return {simulation.outcomes()[0], simulation.hash(), x.empty() ? 0 : x[0]};
 }
 
 template <class Environment>
@@ -168,6 +180,30 @@ TEST(Simulation, SameSeedGivesTheSameBytes) {
   };
   EXPECT_EQ(hash(1), hash(1));
   EXPECT_NE(hash(1), hash(2));
+}
+
+TEST(Simulation, AGapLetsACellThroughThatIsNarrowerAndNoOther) {
+  // A cell of radius 1 is blown against a wall with the gap ahead. Wind over drag is a speed of
+  // 0.5, so 30 lengths in these 600 steps of 0.1.
+  const auto end = [](double gap_width) {
+    Walls::Parameters walls;
+    walls.obstacles.push_back({.kind = "gap_wall",
+                               .x = 8,
+                               .half_height = 20,
+                               .thickness = 2,
+                               .gap_y = 0,
+                               .gap_width = gap_width});
+    model::Config config;
+    config.max_steps = 600;
+    config.metabolism.quiescence_cost = 0;
+    const Ending ending = live({{"wind", std::make_shared<Wind>()}, named<Walls>("walls", walls)},
+                               {{"capacity", 10}}, config);
+    EXPECT_EQ(ending.outcome.survival, 600u);
+    return ending.x;
+  };
+  EXPECT_GT(end(2.2), 20);
+  EXPECT_LT(end(1.8), 8);
+  EXPECT_LT(end(0.5), 8);
 }
 
 }  // namespace
