@@ -13,6 +13,7 @@
 #include "plugins/environments/nutrients/nutrients.hpp"
 #include "plugins/environments/particle_aggression/particle_aggression.hpp"
 #include "plugins/environments/seasons/seasons.hpp"
+#include "plugins/environments/toxin_gradient/toxin_gradient.hpp"
 #include "plugins/environments/two_nutrients/two_nutrients.hpp"
 #include "plugins/environments/walls/walls.hpp"
 
@@ -76,6 +77,13 @@ Walls::Parameters room_with_a_pillar() {
   return parameters;
 }
 
+ToxinGradient::Parameters strong_poison() {
+  ToxinGradient::Parameters parameters;
+  parameters.edge = "left";
+  parameters.toxicity = 2;
+  return parameters;
+}
+
 class EnvironmentConformance : public ::testing::TestWithParam<Case> {};
 
 TEST_P(EnvironmentConformance, KeepsTheContract) {
@@ -91,6 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
                                      {.spawn_radius = 20, .speed = 1.5, .rate_constant = 6}),
         conforms<ParticleAggression>("particle_aggression_later", {.start = 20}),
         conforms<Seasons>("seasons", short_years(), with_nutrients()),
+        conforms<ToxinGradient>("toxin_gradient", strong_poison()),
         conforms<TwoNutrients>("two_nutrients"), conforms<Walls>("walls", room_with_a_pillar())),
     [](const auto& test) { return test.param.name; });
 
