@@ -92,5 +92,15 @@ TEST(Snapshot, OfANeuralNetworkKeepsItsMemory) {
   expect_equal_lives(*ctrnn.ecosystem, survivor(*ctrnn.ecosystem), 60, 60);
 }
 
+TEST(Snapshot, OfEveryOtherWorldLivesOnAlike) {
+  for (const char* name :
+       {"walls.yaml", "toxin_gradient.yaml", "two_nutrients.yaml", "seasons.yaml", "sorting.yaml",
+        "competition.yaml", "exp1_evolved_tree.yaml"}) {
+    SCOPED_TRACE(name);
+    const experiment::Experiment world = shipped(name);
+    expect_equal_lives(*world.ecosystem, survivor(*world.ecosystem), 90, 60);
+  }
+}
+
 }  // namespace
 }  // namespace somas::model
