@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "plugins/controllers/common/bytes.hpp"
+#include "plugins/common/bytes.hpp"
 #include "plugins/controllers/ctrnn/parameters.hpp"
 
 namespace somas::ctrnn {
@@ -15,8 +15,8 @@ constexpr std::uint32_t signature = 0x314E4E52;  // "RNN1"
 constexpr std::uint32_t most_ports = 0xFFFF;     // keeps the product of counts within 64 bits
 
 void require_well_formed(const Network& network) {
-  controllers::require_ascending(network.inputs, "input");
-  controllers::require_ascending(network.outputs, "output");
+  common::require_ascending(network.inputs, "input");
+  common::require_ascending(network.outputs, "output");
   for (const double gene : network.genes)
     if (!std::isfinite(gene)) throw std::runtime_error("a weight, bias or tau is not finite");
   for (std::size_t row = 0; row < network.rows(); ++row)
@@ -55,7 +55,7 @@ void read_neuron(const JsonReader& in, Network& network) {
 }  // namespace
 
 void encode(const Network& network, Genes& genes) {
-  controllers::ByteWriter out(genes);
+  common::ByteWriter out(genes);
   out.u32(signature);
   out.u32(network.hidden);
   out.u32(static_cast<std::uint32_t>(network.inputs.size()));
@@ -66,7 +66,7 @@ void encode(const Network& network, Genes& genes) {
 }
 
 Network decode(GenesView bytes) {
-  controllers::ByteReader in(bytes);
+  common::ByteReader in(bytes);
   if (in.u32() != signature)
     throw std::runtime_error("the genes are not those of a recurrent neural network");
   Network network;

@@ -8,7 +8,7 @@
 
 #include "somas/sdk/heritable.hpp"
 
-#include "plugins/controllers/common/keys.hpp"
+#include "plugins/common/keys.hpp"
 
 namespace somas::ctrnn {
 
@@ -17,8 +17,8 @@ namespace somas::ctrnn {
 /// keys (those of all states).
 struct Network {
   std::uint32_t hidden = 0;
-  controllers::Keys inputs;   ///< ascending
-  controllers::Keys outputs;  ///< ascending
+  common::Keys inputs;        ///< ascending
+  common::Keys outputs;       ///< ascending
   std::vector<double> genes;  ///< row by row
 
   static constexpr std::size_t bias = 0;

@@ -27,7 +27,7 @@ class NetworkProgram final : public Program {
     // Output neurons stand in ascending order of keys in the genes, by channel here.
     std::vector<std::size_t> rows(layout.outputs.size());
     for (const Port& port : layout.outputs)
-      rows.at(port.channel) = hidden_ + controllers::find_key(network.outputs, port.key).value();
+      rows.at(port.channel) = hidden_ + common::find_key(network.outputs, port.key).value();
     for (const std::size_t row : rows) append(network, network.neuron(row), layout);
   }
 
@@ -48,7 +48,7 @@ class NetworkProgram final : public Program {
       hidden_weights_.push_back(static_cast<float>(genes[Network::first_weight + j]));
     std::vector<float> by_channel(states_ * inputs_);
     for (const Port& port : layout.inputs) {
-      const std::size_t at = controllers::find_key(network.inputs, port.key).value();
+      const std::size_t at = common::find_key(network.inputs, port.key).value();
       by_channel.at(port.state * inputs_ + port.channel) =
           static_cast<float>(genes[Network::first_weight + network.hidden + at]);
     }

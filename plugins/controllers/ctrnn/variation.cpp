@@ -18,7 +18,7 @@ Places matching_rows(const Network& to, const Network& from) {
   for (std::size_t i = 0; i < to.hidden; ++i)
     places.push_back(i < from.hidden ? std::optional(i) : std::nullopt);
   for (const std::uint64_t key : to.outputs) {
-    const auto at = controllers::find_key(from.outputs, key);
+    const auto at = common::find_key(from.outputs, key);
     places.push_back(at ? std::optional(from.hidden + *at) : std::nullopt);
   }
   return places;
@@ -30,7 +30,7 @@ Places matching_columns(const Network& to, const Network& from) {
   for (std::size_t i = 0; i < to.hidden; ++i)
     places.push_back(i < from.hidden ? std::optional(Network::first_weight + i) : std::nullopt);
   for (const std::uint64_t key : to.inputs) {
-    const auto at = controllers::find_key(from.inputs, key);
+    const auto at = common::find_key(from.inputs, key);
     places.push_back(at ? std::optional(Network::first_weight + from.hidden + *at) : std::nullopt);
   }
   return places;
@@ -47,8 +47,8 @@ Variation::Range Variation::range_of(std::size_t column) const {
 Network Variation::network_for(const Layout& layout, const Network& known, Rng& rng) const {
   Network network;
   network.hidden = static_cast<std::uint32_t>(p_.hidden);
-  network.inputs = controllers::sorted_keys(layout.inputs);
-  network.outputs = controllers::sorted_keys(layout.outputs);
+  network.inputs = common::sorted_keys(layout.inputs);
+  network.outputs = common::sorted_keys(layout.outputs);
   const Places rows = matching_rows(network, known);
   const Places columns = matching_columns(network, known);
   for (const auto& row : rows)
@@ -137,8 +137,8 @@ Network Variation::fitting(const Layout& layout, GenesView genes) const {
   if (network.hidden != static_cast<std::uint32_t>(p_.hidden))
     throw std::runtime_error("the genes have " + std::to_string(network.hidden) +
                              " hidden neurons where " + std::to_string(p_.hidden) + " are set");
-  controllers::require_ports(network.inputs, layout.inputs, "input");
-  controllers::require_ports(network.outputs, layout.outputs, "output");
+  common::require_ports(network.inputs, layout.inputs, "input");
+  common::require_ports(network.outputs, layout.outputs, "output");
   for (std::size_t i = 0; i < network.genes.size(); ++i) {
     const auto [low, high] = range_of(i % network.columns());
     if (network.genes[i] < low || network.genes[i] > high)

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "plugins/controllers/common/bytes.hpp"
+#include "plugins/common/bytes.hpp"
 
 namespace somas::grn {
 namespace {
@@ -14,20 +14,20 @@ constexpr std::uint32_t signature = 0x314E5247;  // "GRN1"
 constexpr std::uint64_t protein_bytes = 3 * 8;
 constexpr std::uint64_t port_protein_bytes = 8 + protein_bytes;
 
-void put(controllers::ByteWriter& out, const Protein& protein) {
+void put(common::ByteWriter& out, const Protein& protein) {
   out.number(protein.id);
   out.number(protein.enhancer);
   out.number(protein.inhibitor);
 }
 
-void put(controllers::ByteWriter& out, const PortProteins& ports) {
+void put(common::ByteWriter& out, const PortProteins& ports) {
   for (std::size_t i = 0; i < ports.keys.size(); ++i) {
     out.u64(ports.keys[i]);
     put(out, ports.proteins[i]);
   }
 }
 
-Protein get_protein(controllers::ByteReader& in) {
+Protein get_protein(common::ByteReader& in) {
   Protein protein;
   protein.id = in.number();
   protein.enhancer = in.number();
@@ -35,7 +35,7 @@ Protein get_protein(controllers::ByteReader& in) {
   return protein;
 }
 
-PortProteins get_ports(controllers::ByteReader& in, std::uint32_t count) {
+PortProteins get_ports(common::ByteReader& in, std::uint32_t count) {
   PortProteins ports;
   for (std::uint32_t i = 0; i < count; ++i) {
     ports.keys.push_back(in.u64());
@@ -56,8 +56,8 @@ void require_tags(const std::vector<Protein>& proteins, const char* what) {
 void require_well_formed(const Network& network) {
   if (!std::isfinite(network.beta)) throw std::runtime_error("beta is not finite");
   if (!std::isfinite(network.delta)) throw std::runtime_error("delta is not finite");
-  controllers::require_ascending(network.inputs.keys, "input");
-  controllers::require_ascending(network.outputs.keys, "output");
+  common::require_ascending(network.inputs.keys, "input");
+  common::require_ascending(network.outputs.keys, "output");
   require_tags(network.inputs.proteins, "an input");
   require_tags(network.outputs.proteins, "an output");
   require_tags(network.regulators, "a regulatory");
@@ -97,7 +97,7 @@ PortProteins read_ports(const JsonReader& in) {
 }  // namespace
 
 void encode(const Network& network, Genes& genes) {
-  controllers::ByteWriter out(genes);
+  common::ByteWriter out(genes);
   out.u32(signature);
   out.u32(static_cast<std::uint32_t>(network.inputs.keys.size()));
   out.u32(static_cast<std::uint32_t>(network.outputs.keys.size()));
@@ -110,7 +110,7 @@ void encode(const Network& network, Genes& genes) {
 }
 
 Network decode(GenesView genes) {
-  controllers::ByteReader in(genes);
+  common::ByteReader in(genes);
   if (in.u32() != signature)
     throw std::runtime_error("the genes are not those of a gene regulatory network");
   const std::uint32_t inputs = in.u32();

@@ -5,7 +5,7 @@
 
 #include "somas/sdk/heritable.hpp"
 
-#include "plugins/controllers/common/keys.hpp"
+#include "plugins/common/keys.hpp"
 
 namespace somas::grn {
 
@@ -20,7 +20,7 @@ struct Protein {
 
 /// The proteins of the input ports or of the output ports: proteins[i] is that of keys[i].
 struct PortProteins {
-  controllers::Keys keys;  ///< ascending
+  common::Keys keys;  ///< ascending
   std::vector<Protein> proteins;
 
   bool operator==(const PortProteins&) const = default;

@@ -64,7 +64,7 @@ std::vector<Protein> by_channel(const PortProteins& known, std::span<const Port>
                                 std::size_t channels) {
   std::vector<Protein> proteins(channels);
   for (const Port& port : ports)
-    proteins.at(port.channel) = known.proteins.at(*controllers::find_key(known.keys, port.key));
+    proteins.at(port.channel) = known.proteins.at(*common::find_key(known.keys, port.key));
   return proteins;
 }
 

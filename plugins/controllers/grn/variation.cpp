@@ -25,9 +25,9 @@ Protein random_protein(Rng& rng) {
 
 // One protein per port in the order of keys: that of `known` where it has the key, else a new one.
 PortProteins proteins_for(std::span<const Port> ports, const PortProteins& known, Rng& rng) {
-  PortProteins result{controllers::sorted_keys(ports), {}};
+  PortProteins result{common::sorted_keys(ports), {}};
   for (const std::uint64_t key : result.keys) {
-    const auto at = controllers::find_key(known.keys, key);
+    const auto at = common::find_key(known.keys, key);
     result.proteins.push_back(at ? known.proteins[*at] : random_protein(rng));
   }
   return result;
@@ -141,7 +141,7 @@ struct Difference {
   void add_ports(const PortProteins& a, const PortProteins& b) {
     std::size_t shared = 0;
     for (std::size_t i = 0; i < a.keys.size(); ++i) {
-      const auto at = controllers::find_key(b.keys, a.keys[i]);
+      const auto at = common::find_key(b.keys, a.keys[i]);
       add(at ? protein_distance(a.proteins[i], b.proteins[*at]) : 1.0);
       if (at) ++shared;
     }
@@ -245,8 +245,8 @@ Network Variation::fitting(const Layout& layout, GenesView genes) const {
   Network network = decode(genes);
   require_rate("beta", network.beta, p_.beta_min, p_.beta_max);
   require_rate("delta", network.delta, p_.delta_min, p_.delta_max);
-  controllers::require_ports(network.inputs.keys, layout.inputs, "input");
-  controllers::require_ports(network.outputs.keys, layout.outputs, "output");
+  common::require_ports(network.inputs.keys, layout.inputs, "input");
+  common::require_ports(network.outputs.keys, layout.outputs, "output");
   if (network.regulators.size() > static_cast<std::size_t>(p_.max_regulators))
     throw std::runtime_error("the genes have " + std::to_string(network.regulators.size()) +
                              " regulators where at most " + std::to_string(p_.max_regulators) +

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "plugins/controllers/common/keys.hpp"
+#include "plugins/common/keys.hpp"
 
 namespace somas::specialization {
 
@@ -11,7 +11,7 @@ void EvolvedTree::grow(GenesView genes, std::span<const SkillInfo> skills, TreeS
   const TreeGenes grown = variation_.fitting(genes);
   for (const TreeState& state : grown.states) {
     const bool root = state.parent == no_parent;
-    const std::string name = root ? "root" : "s" + controllers::key_text(state.key);
+    const std::string name = root ? "root" : "s" + common::key_text(state.key);
     std::vector<double> values;
     for (const SkillInfo& skill : skills) {
       const auto at = std::ranges::find(grown.skills, stable_key(skill.name));

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "plugins/controllers/common/bytes.hpp"
+#include "plugins/common/bytes.hpp"
 
 namespace somas::specialization {
 
@@ -89,7 +89,7 @@ void TreeGenes::sort() {
 }
 
 void encode(const TreeGenes& tree, Genes& genes) {
-  controllers::ByteWriter out(genes);
+  common::ByteWriter out(genes);
   out.u32(format);
   out.u32(static_cast<std::uint32_t>(tree.skills.size()));
   out.u32(static_cast<std::uint32_t>(tree.states.size()));
@@ -102,7 +102,7 @@ void encode(const TreeGenes& tree, Genes& genes) {
 }
 
 TreeGenes decode(GenesView genes) {
-  controllers::ByteReader in(genes);
+  common::ByteReader in(genes);
   require(in.u32() == format, "their format is another one");
   const std::uint32_t skills = in.u32(), states = in.u32();
   require(skills <= most && states <= most && states > 0, "they have no states, or too many");

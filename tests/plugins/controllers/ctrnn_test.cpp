@@ -34,8 +34,8 @@ Genes encoded(const Network& network) {
 Network blank(const Layout& layout, std::uint32_t hidden, double tau) {
   Network network;
   network.hidden = hidden;
-  network.inputs = controllers::sorted_keys(layout.inputs);
-  network.outputs = controllers::sorted_keys(layout.outputs);
+  network.inputs = common::sorted_keys(layout.inputs);
+  network.outputs = common::sorted_keys(layout.outputs);
   network.genes.resize(network.rows() * network.columns());
   for (std::size_t row = 0; row < network.rows(); ++row) network.neuron(row)[Network::tau] = tau;
   return network;
@@ -43,11 +43,11 @@ Network blank(const Layout& layout, std::uint32_t hidden, double tau) {
 
 std::size_t input_column(const Network& network, std::string_view name) {
   return Network::first_weight + network.hidden +
-         controllers::find_key(network.inputs, stable_key(name)).value();
+         common::find_key(network.inputs, stable_key(name)).value();
 }
 
 std::size_t output_row(const Network& network, std::string_view name) {
-  return network.hidden + controllers::find_key(network.outputs, stable_key(name)).value();
+  return network.hidden + common::find_key(network.outputs, stable_key(name)).value();
 }
 
 Ctrnn with_hidden(std::int64_t hidden) {
@@ -430,7 +430,7 @@ TEST(CtrnnJson, RefusesNeuronsOfAnotherShape) {
   auto json = nlohmann::json::parse(somas::testing::to_json_text(
       ctrnn.heritable(), random_genes(ctrnn.heritable(), layout.view(), 1)));
   EXPECT_EQ(json["hidden"].size(), 2u);
-  EXPECT_EQ(json["outputs"][0]["key"], controllers::key_text(stable_key("x")));
+  EXPECT_EQ(json["outputs"][0]["key"], common::key_text(stable_key("x")));
   json["hidden"][1]["from_inputs"].push_back(0.5);
   Genes genes;
   EXPECT_THAT(error_of([&] {

@@ -33,7 +33,7 @@ Genes encoded(const Network& network) {
 }
 
 Protein& protein_of(PortProteins& ports, std::string_view name) {
-  return ports.proteins.at(controllers::find_key(ports.keys, stable_key(name)).value());
+  return ports.proteins.at(common::find_key(ports.keys, stable_key(name)).value());
 }
 
 // A network of the layout with all tags 0, to be filled in by hand.
@@ -41,9 +41,9 @@ Network blank(const Layout& layout, double beta, double delta, std::size_t regul
   Network network;
   network.beta = beta;
   network.delta = delta;
-  network.inputs = {controllers::sorted_keys(layout.inputs), {}};
+  network.inputs = {common::sorted_keys(layout.inputs), {}};
   network.inputs.proteins.resize(layout.inputs.size());
-  network.outputs = {controllers::sorted_keys(layout.outputs), {}};
+  network.outputs = {common::sorted_keys(layout.outputs), {}};
   network.outputs.proteins.resize(layout.outputs.size());
   network.regulators.resize(regulators);
   return network;
@@ -234,13 +234,13 @@ struct Oracle {
     std::vector<Protein> targets(layout.outputs.size());
     for (const Port& port : layout.outputs)
       targets[port.channel] =
-          network.outputs.proteins[*controllers::find_key(network.outputs.keys, port.key)];
+          network.outputs.proteins[*common::find_key(network.outputs.keys, port.key)];
     for (const Protein& r : network.regulators) targets.push_back(r);
 
     std::vector<std::pair<Protein, double>> regulators;
     for (const Port& port : layout.inputs)
       regulators.emplace_back(
-          network.inputs.proteins[*controllers::find_key(network.inputs.keys, port.key)],
+          network.inputs.proteins[*common::find_key(network.inputs.keys, port.key)],
           port.state == state ? in[port.channel] : 0.0);
     for (std::size_t r = 0; r < network.regulators.size(); ++r)
       regulators.emplace_back(network.regulators[r], memory[layout.outputs.size() + r]);
@@ -885,7 +885,7 @@ TEST(GrnJson, NamesProteinsAndTags) {
   EXPECT_EQ(json["beta"], 0.1);
   EXPECT_EQ(json["delta"], 0.25);
   EXPECT_EQ(json["inputs"].size(), 1u);
-  EXPECT_EQ(json["outputs"][0]["key"], controllers::key_text(stable_key("x")));
+  EXPECT_EQ(json["outputs"][0]["key"], common::key_text(stable_key("x")));
   EXPECT_EQ(json["regulators"][0]["id"], 0.1);
   EXPECT_EQ(json["regulators"][0]["enhancer"], 0.2);
   EXPECT_EQ(json["regulators"][0]["inhibitor"], 0.3);

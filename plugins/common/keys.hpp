@@ -13,7 +13,7 @@
 
 #include "somas/sdk/layout.hpp"
 
-namespace somas::controllers {
+namespace somas::common {
 
 using Keys = std::vector<std::uint64_t>;
 
@@ -63,4 +63,4 @@ inline void require_ports(std::span<const std::uint64_t> keys, std::span<const P
                                key_text(key) + ", which no port has");
 }
 
-}  // namespace somas::controllers
+}  // namespace somas::common

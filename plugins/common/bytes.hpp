@@ -9,7 +9,7 @@
 
 #include "somas/sdk/heritable.hpp"
 
-namespace somas::controllers {
+namespace somas::common {
 
 /// Appends numbers to genes; what they held before is dropped.
 class ByteWriter {
@@ -61,4 +61,4 @@ class ByteReader {
   std::size_t position_ = 0;
 };
 
-}  // namespace somas::controllers
+}  // namespace somas::common
