@@ -46,6 +46,8 @@ function(somas_add_tests name)
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE
     somas_flags ${arg_DEPENDS} rapidcheck rapidcheck_gtest GTest::gmock GTest::gtest_main)
+  # What is tested is optimised; the tests themselves need not be, and compile in half the time.
+  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}")
   target_compile_definitions(test_${name} PRIVATE
     SOMAS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOMAS_BINARY_DIR="${PROJECT_BINARY_DIR}")
