@@ -84,13 +84,20 @@ struct CompeteCommand {
   std::optional<std::filesystem::path> csv;
 };
 
+/// somas-host export FILE
+struct ExportCommand {
+  std::filesystem::path file;
+  std::string format;
+  std::filesystem::path out;
+};
+
 /// Nothing to run: --help and --version have answered.
 struct Done {
   int exit_code = 0;
 };
 
 using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
-                             ReplayCommand, CompeteCommand>;
+                             ReplayCommand, CompeteCommand, ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
@@ -98,6 +105,7 @@ int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
+int execute(const ExportCommand& command, run::Terminal& terminal);
 
 /// Writes to the standard output. Throws run::WriteError.
 void print(const std::string& text);
