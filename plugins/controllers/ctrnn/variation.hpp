@@ -15,12 +15,13 @@ class Variation final : public Heritable {
   /// Every gene uniform in its range.
   void random(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// Hidden neurons keep their number: the first ones stay when the parameter `hidden` has changed.
-  /// Weights from the inputs of a new state begin as those of the state above it. Genes outside their range are clamped.
+  /// Weights from the inputs of a new state begin as those of the state above it. Genes outside
+  /// their range are clamped.
   void conform(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// Adds normal deviates to a random subset of the genes, at least one, clamped to their ranges.
   void mutate(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// Every neuron that both parents have comes from either 50/50, with its incoming weights; weights
-  /// that this parent has no inputs for come from the other.
+  /// Every neuron that both parents have comes from either 50/50, with its incoming weights;
+  /// weights that this parent has no inputs for come from the other.
   void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override;
   /// Mean difference of the genes relative to their ranges, in [0, 1]; a gene that one of the two

@@ -41,9 +41,9 @@ void check_pairs(const TreeGenes& tree) {
     require(tree.find(pair.first) && tree.find(pair.second), "a pair names a state that is none");
     require(std::isfinite(pair.strength), "strengths must be finite numbers");
   }
-  require(std::ranges::adjacent_find(tree.pairs, std::greater_equal<>(), keys_of) ==
-              tree.pairs.end(),
-          "pairs are out of order");
+  require(
+      std::ranges::adjacent_find(tree.pairs, std::greater_equal<>(), keys_of) == tree.pairs.end(),
+      "pairs are out of order");
 }
 
 void require_ascending(const std::vector<std::uint64_t>& keys, const char* what) {

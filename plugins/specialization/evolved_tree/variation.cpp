@@ -165,9 +165,10 @@ std::vector<double> TreeVariation::conformed_attributes(const TreeGenes& known,
   for (const EvolvingAttribute& attribute : attributes_) {
     const auto at = std::ranges::find(known.attributes, attribute.key);
     const auto place = static_cast<std::size_t>(at - known.attributes.begin());
-    values.push_back(at == known.attributes.end()
-                         ? attribute.start
-                         : std::clamp(state.attributes[place], attribute.minimum, attribute.maximum));
+    values.push_back(
+        at == known.attributes.end()
+            ? attribute.start
+            : std::clamp(state.attributes[place], attribute.minimum, attribute.maximum));
   }
   return values;
 }

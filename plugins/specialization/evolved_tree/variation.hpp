@@ -52,8 +52,8 @@ class TreeVariation final : public Heritable {
   void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override;
   /// Share of the budget that is spent otherwise (with attributes: its mean with their differences
-  /// relative to their ranges), averaged over all states and pairs of both; a state or pair that one
-  /// of the two lacks counts 1.
+  /// relative to their ranges), averaged over all states and pairs of both; a state or pair that
+  /// one of the two lacks counts 1.
   [[nodiscard]] double distance(GenesView first, GenesView second) const override;
   void to_json(GenesView genes, JsonWriter& out) const override;
   void from_json(const JsonReader& in, Genes& genes) const override;

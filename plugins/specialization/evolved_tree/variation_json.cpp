@@ -53,7 +53,8 @@ TreeState read_state(const JsonReader& in, const TreeGenes& tree) {
     throw std::runtime_error("state " + std::to_string(place) +
                              " needs an earlier parent and points in every skill");
   if (state.attributes.size() != tree.attributes.size())
-    throw std::runtime_error("state " + std::to_string(place) + " needs a value of every attribute");
+    throw std::runtime_error("state " + std::to_string(place) +
+                             " needs a value of every attribute");
   return state;
 }
 

@@ -152,7 +152,8 @@ TEST(EvolvedTree, ASurvivingStateKeepsItsPortsGenes) {
   EXPECT_EQ(large, small) << "what the root's ports learned has come through unchanged";
 }
 
-// The father has states that the mother lacks: the child's ports of grafted states are the father's.
+// The father has states that the mother lacks: the child's ports of grafted states are the
+// father's.
 TEST(EvolvedTree, AGraftedStateBringsTheGenesOfItsPorts) {
   Wired wired({.move_weight = 0, .add_weight = 1, .split_weight = 0, .remove_weight = 0});
   const evolution::Heredity heredity(wired.ecosystem);
@@ -305,7 +306,8 @@ TEST(EvolvedTreeAttributes, StayWithinTheirRangesForTenThousandMutations) {
       signals.insert(state.motility_signal);
       up = up || state.motility > 1.5;
       down = down || state.motility < -1.5;
-      set_pair = set_pair || std::ranges::any_of(state.adhesion_with, [](double s) { return s > 4; });
+      set_pair =
+          set_pair || std::ranges::any_of(state.adhesion_with, [](double s) { return s > 4; });
       threshold = threshold || state.thresholds[1] > 0.9;
     }
   }
@@ -437,7 +439,8 @@ TEST(EvolvedTree, AcceleratingReturnsFavourSpecialists) {
   TreeGenes genes = decode(start(linear));
   const auto values = [&](const EvolvedTree& tree, double a, double b, double c) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const bool is_a = genes.skills[k] == stable_key("a"), is_b = genes.skills[k] == stable_key("b");
+      const bool is_a = genes.skills[k] == stable_key("a"),
+                 is_b = genes.skills[k] == stable_key("b");
       genes.states[0].points[k] = is_a ? a : is_b ? b : c;
     }
     Genes bytes;

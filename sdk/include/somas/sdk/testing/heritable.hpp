@@ -297,8 +297,9 @@ inline void HeritableCheck::crosses_layouts(const Layout& own, const Layout& oth
     }
     heritable_.cross(other, genes, genes, rng, child);
     if (child != less)
-      throw std::runtime_error("the child of a parent with itself keeps ports otherwise than "
-                               "conform does");
+      throw std::runtime_error(
+          "the child of a parent with itself keeps ports otherwise than "
+          "conform does");
   }
 }
 
@@ -307,9 +308,9 @@ inline void HeritableCheck::crosses_layouts(const Layout& own, const Layout& oth
 /// Whether a heritable part keeps the laws of heritable.hpp, for genes of every layout in `layouts`
 /// (trees that evolve: one empty Layout), and from each to every other. Each failure names the law:
 /// random, mutated, crossed and conformed genes fit; `cross` of a parent with itself, whole or less
-/// some ports, is the parent; distances; JSON to the last byte; `conform` leaves what fits; equal streams give equal bytes, in
-/// any order and on several threads; damaged bytes are refused with std::runtime_error, or are
-/// canonical.
+/// some ports, is the parent; distances; JSON to the last byte; `conform` leaves what fits; equal
+/// streams give equal bytes, in any order and on several threads; damaged bytes are refused with
+/// std::runtime_error, or are canonical.
 [[nodiscard]] inline Failures check_heritable(const Heritable& heritable,
                                               std::span<const Layout> layouts,
                                               const HeritableOptions& options = {}) {
