@@ -18,6 +18,7 @@ struct EvolvedTreeParameters {
   double add_weight = 2;
   double split_weight = 1;
   double remove_weight = 2;
+  double redraw_weight = 0;
   double attribute_weight = 3;
   bool evolve_motility = false;
   bool evolve_adhesion = false;
@@ -47,6 +48,8 @@ struct EvolvedTreeParameters {
       weight);
     d("remove_weight", remove_weight, "How often it removes a state; its children go to its parent",
       weight);
+    d("redraw_weight", redraw_weight,
+      "How often it spends all points of a state anew, every way equally likely", weight);
     d("attribute_weight", attribute_weight,
       "How often it draws an attribute of a state anew, if any evolves", weight);
     d("evolve_motility", evolve_motility,

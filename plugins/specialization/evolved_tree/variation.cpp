@@ -220,10 +220,12 @@ void TreeVariation::mutate(const Layout&, Rng& rng, Genes& genes) const {
   const double split_weight = divisible(tree).empty() ? 0 : p_.split_weight;
   const double remove_weight = tree.states.size() < 2 ? 0 : p_.remove_weight;
   const double attribute_weight = attributes_.empty() ? 0 : p_.attribute_weight;
-  double draw = rng.uniform() *
-                (p_.move_weight + add_weight + split_weight + remove_weight + attribute_weight);
+  double draw = rng.uniform() * (p_.move_weight + add_weight + split_weight + remove_weight +
+                                 p_.redraw_weight + attribute_weight);
   if ((draw -= attribute_weight) < 0)
     redraw_attribute(tree, rng);
+  else if ((draw -= p_.redraw_weight) < 0)
+    redraw(tree, rng);
   else if ((draw -= add_weight) < 0)
     add(tree, rng);
   else if ((draw -= split_weight) < 0)
@@ -239,6 +241,20 @@ void TreeVariation::mutate(const Layout&, Rng& rng, Genes& genes) const {
 void TreeVariation::shift(TreeGenes& tree, Rng& rng) const {
   const auto s = static_cast<std::size_t>(rng.below(tree.states.size()));
   move(tree.states[s].points, small_move, rng);
+}
+
+// Shares of independent exponential deviates are uniform over all ways to divide a whole.
+void TreeVariation::redraw(TreeGenes& tree, Rng& rng) const {
+  std::vector<double>& points =
+      tree.states[static_cast<std::size_t>(rng.below(tree.states.size()))].points;
+  double sum = 0;
+  for (double& share : points) sum += share = -math::log(1 - rng.uniform());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double share = sum > 0 ? points[k] / sum : 0;
+    const SkillSpec& spec = skills_[k].spec;
+    points[k] = spec.minimum + share * (p_.budget - least_) / spec.cost;
+  }
+  settle(points);
 }
 
 // Every value of every state, and every pair, is as likely as any other.

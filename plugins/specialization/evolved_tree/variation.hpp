@@ -44,7 +44,8 @@ class TreeVariation final : public Heritable {
   void conform(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// One of: moving points between two skills of a state; a new state below another, a copy of it
   /// but for one large move of points; a new state between another and its children; removing a
-  /// state; drawing one attribute of a state or the adhesion of a pair anew.
+  /// state; spending a state's points anew; drawing one attribute of a state or the adhesion of a
+  /// pair anew.
   void mutate(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// The first parent's tree; of each state that both have, the points and each attribute come from
   /// either. States that only the second has are grafted below a state that both have, each as
@@ -72,6 +73,7 @@ class TreeVariation final : public Heritable {
   [[nodiscard]] double state_distance(const TreeState& a, const TreeState& b) const;
   void move(std::vector<double>& points, double most, Rng& rng) const;
   void shift(TreeGenes& tree, Rng& rng) const;
+  void redraw(TreeGenes& tree, Rng& rng) const;
   void redraw_attribute(TreeGenes& tree, Rng& rng) const;
   std::size_t add_copy(TreeGenes& tree, std::size_t parent, Rng& rng) const;
   void add(TreeGenes& tree, Rng& rng) const;

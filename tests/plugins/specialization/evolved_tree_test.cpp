@@ -133,6 +133,29 @@ TEST(EvolvedTree, MutationsGrowSplitAndRemoveStates) {
   EXPECT_EQ(decode(genes).states[0].key, stable_key("root")) << "the root stays";
 }
 
+// Of three equal skills each has more than half of the budget in a quarter of all ways.
+TEST(EvolvedTree, MutationsSpendAStatesPointsAnewInEveryWay) {
+  const EvolvedTree tree = evolved({.budget = 10,
+                                    .move_weight = 0,
+                                    .add_weight = 0,
+                                    .split_weight = 0,
+                                    .remove_weight = 0,
+                                    .redraw_weight = 1},
+                                   std::vector<SkillInfo>{{"a", {}}, {"b", {}}, {"c", {}}});
+  Genes genes = start(tree);
+  Rng rng = test_rng(10);
+  std::array<int, 3> more_than_half{};
+  const int draws = 4000;
+  for (int k = 0; k < draws; ++k) {
+    tree.heritable()->mutate({}, rng, genes);
+    const std::vector<double> points = decode(genes).states[0].points;
+    EXPECT_NEAR(points[0] + points[1] + points[2], 10, 1e-9) << "all is spent";
+    for (std::size_t s = 0; s < 3; ++s) more_than_half[s] += points[s] > 5;
+  }
+  for (const int count : more_than_half)
+    EXPECT_NEAR(count, draws / 4.0, 4 * std::sqrt(draws * 3.0 / 16));
+}
+
 TEST(EvolvedTree, ASurvivingStateKeepsItsPortsGenes) {
   Wired wired({.move_weight = 0, .add_weight = 1, .split_weight = 0, .remove_weight = 0});
   const Heritable& network = wired.ecosystem.controller().heritable();
