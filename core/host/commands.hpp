@@ -129,9 +129,9 @@ struct Done {
   int exit_code = 0;
 };
 
-using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
-                             ReplayCommand, CompeteCommand, ExportCommand, RenderCommand,
-                             MovieCommand>;
+using Command =
+    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, ReplayCommand,
+                 CompeteCommand, ExportCommand, RenderCommand, MovieCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
