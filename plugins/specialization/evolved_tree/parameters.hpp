@@ -26,7 +26,7 @@ struct EvolvedTreeParameters {
     d("max_depth", max_depth, "Most states from the root to a leaf, both counted",
       {.minimum = 1, .maximum = 64});
     d("budget", budget, "Points that a state spends on skills, each at the skill's price",
-      {.unit = "points", .minimum = 0, .minimum_open = true});
+      {.unit = "points", .minimum = 1e-9, .maximum = 1e9});
     const Limits weight = {.minimum = 0, .maximum = 1e6};
     d("move_weight", move_weight, "How often a mutation moves points between two skills", weight);
     d("add_weight", add_weight, "How often it adds a state below another", weight);
@@ -35,15 +35,16 @@ struct EvolvedTreeParameters {
     d("remove_weight", remove_weight, "How often it removes a state; its children go to its parent",
       weight);
     d("mass", mass, "Mass of a cell, in every state",
-      {.unit = "mass", .minimum = 0, .minimum_open = true});
+      {.unit = "mass", .minimum = 1e-6, .maximum = 1e6});
     d("radius", radius, "Radius of a cell that is not dividing",
-      {.unit = "length", .minimum = 0, .minimum_open = true});
+      {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
     d("stiffness", stiffness, "Stiffness of the collision spring",
-      {.unit = "force/length", .minimum = 0});
+      {.unit = "force/length", .minimum = 0, .maximum = 1e6});
     d("adhesion", adhesion, "Strength of the adhesion spring",
-      {.unit = "force/length", .minimum = 0});
+      {.unit = "force/length", .minimum = 0, .maximum = 1e6});
     d("adhesion_range", adhesion_range,
-      "Distance at which adhesion begins, over the sum of both radii", {.minimum = 1});
+      "Distance at which adhesion begins, over the sum of both radii",
+      {.minimum = 1, .maximum = 100});
   }
 };
 

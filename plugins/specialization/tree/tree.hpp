@@ -41,19 +41,20 @@ class Tree final : public Specialization {
     void describe(Describe& d) {
       d("name", name, "Name of the state, unique in the tree", {.required = true});
       d("parent", parent, "State that specializes into this one; left out: this is the root");
-      d("mass", mass, "Mass of a cell", {.unit = "mass", .minimum = 0, .minimum_open = true});
+      d("mass", mass, "Mass of a cell", {.unit = "mass", .minimum = 1e-6, .maximum = 1e6});
       d("radius", radius, "Radius of a cell that is not dividing",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("stiffness", stiffness, "Stiffness of the collision spring",
-        {.unit = "force/length", .minimum = 0});
+        {.unit = "force/length", .minimum = 0, .maximum = 1e6});
       d("adhesion", adhesion, "Strength of the adhesion spring",
-        {.unit = "force/length", .minimum = 0});
+        {.unit = "force/length", .minimum = 0, .maximum = 1e6});
       d("adhesion_range", adhesion_range,
-        "Distance at which adhesion begins, over the sum of both radii", {.minimum = 1});
+        "Distance at which adhesion begins, over the sum of both radii",
+        {.minimum = 1, .maximum = 100});
       d("motility", motility,
         "Force with which a cell crawls along the gradient of a morphogen: up when positive, down "
         "when negative",
-        {.unit = "force"});
+        {.unit = "force", .minimum = -1e6, .maximum = 1e6});
       d("motility_signal", motility_signal, "Which morphogen it follows, counted from 0",
         {.minimum = 0, .maximum = 1e6});
       const Limits threshold = {.minimum = 0, .maximum = 1};
@@ -65,7 +66,8 @@ class Tree final : public Specialization {
         "Least output, clamped to [0, 1], at which specialization can be chosen", threshold);
       d("apoptosis_threshold", apoptosis_threshold,
         "Least output, clamped to [0, 1], at which apoptosis can be chosen", threshold);
-      d.table("skills", skills, "Points by skill; a skill left out has its fallback");
+      d.table("skills", skills, "Points by skill; a skill left out has its fallback",
+              {.minimum = -1e9, .maximum = 1e9});
     }
   };
 
@@ -89,9 +91,10 @@ class Tree final : public Specialization {
     std::vector<AdhesionPair> adhesion_pairs{};
 
     void describe(Describe& d) {
-      d.list("states", states, "The states, 1 to 64, in any order", true);
+      d.list("states", states, "The states, in any order",
+             {.required = true, .minimum_count = 1, .maximum_count = 64});
       d("budget", budget, "Points that a state may spend on skills; left out: no limit",
-        {.unit = "points", .minimum = 0});
+        {.unit = "points", .minimum = 0, .maximum = 1e9});
       d.list("adhesion_pairs", adhesion_pairs,
              "Adhesion between two states, in any order; for two not named: the mean of theirs");
     }
