@@ -39,7 +39,7 @@ bool run(model::Simulation& simulation, StopToken stop, const StepObserver& obse
 }  // namespace
 
 std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
-                               const StepObserver& observe) {
+                               const StepObserver& observe, model::Witness* witness) {
   std::vector<model::Phenotype> phenotypes;
   phenotypes.reserve(task.roster.size());
   std::vector<model::RosterEntry> roster;
@@ -49,6 +49,7 @@ std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& ta
   }
 
   model::Simulation simulation(ecosystem, roster, task.seed);
+  simulation.tell(witness);
   return complete(simulation, stop, observe);
 }
 
