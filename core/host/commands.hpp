@@ -44,6 +44,12 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// somas-host schema
+struct SchemaCommand {
+  std::vector<std::filesystem::path> plugin_path;
+  std::optional<std::filesystem::path> out;
+};
+
 /// replay --picture FILE
 struct PictureCommand {
   std::optional<std::filesystem::path> file;
@@ -130,13 +136,14 @@ struct Done {
 };
 
 using Command =
-    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, ReplayCommand,
-                 CompeteCommand, ExportCommand, RenderCommand, MovieCommand>;
+    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, SchemaCommand,
+                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand, ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
+int execute(const SchemaCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
 int execute(const ExportCommand& command, run::Terminal& terminal);
