@@ -5,13 +5,13 @@
 
 #include "bench/subject.hpp"
 #include "core/evaluation/simulate.hpp"
-#include "core/run/recording.hpp"
+#include "core/run/life_record.hpp"
 
 namespace somas::bench {
 namespace {
 
 bool as_recorded(const Outcome& outcome) {
-  const Outcome& recorded = champion().recording.outcome;
+  const Outcome& recorded = champion().life.outcome;
   return outcome.survival == recorded.survival && outcome.cell_steps == recorded.cell_steps &&
          outcome.divisions == recorded.divisions;
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Includes point downward only:
 #
-#   host > report > run > evaluation > experiment > evolution > plugins > model > sdk
+#   host > report > run > recording > evaluation > experiment > evolution > plugins > model > sdk
 #
 # usage: cmake/check-layers.sh [ROOT]. Prints each offending file:line; exits with 1 if any.
 set -euo pipefail
@@ -20,7 +20,7 @@ includes() {
 {
   includes core | awk '
     BEGIN {
-      rank["host"] = 8; rank["report"] = 7; rank["run"] = 6; rank["evaluation"] = 5
+      rank["host"] = 9; rank["report"] = 8; rank["run"] = 7; rank["recording"] = 6; rank["evaluation"] = 5
       rank["evolution"] = 3; rank["experiment"] = 4; rank["plugins"] = 2; rank["model"] = 1
     }
     function complain(text) { print place ": " text " (" header ")" }

@@ -90,7 +90,7 @@ std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& tas
 }
 
 std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
-                               const StepObserver& observe) {
+                               const StepObserver& observe, model::Witness* witness) {
   std::vector<model::Phenotype> phenotypes;
   phenotypes.reserve(task.roster.size());
   std::vector<model::RosterEntry> roster;
@@ -100,6 +100,7 @@ std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& ta
   }
 
   model::Simulation simulation(ecosystem, roster, task.seed);
+  simulation.tell(witness);
   return complete(simulation, stop, observe);
 }
 

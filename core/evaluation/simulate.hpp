@@ -13,9 +13,11 @@ namespace somas::evaluation {
 using StepObserver = std::function<void(const model::Simulation&)>;
 
 /// Expresses the genomes and simulates them to the end. Nothing if `stop`, asked before every step,
-/// ended it early. Throws model::PluginFailure.
+/// ended it early. `witness` (may be null) is told what happens within the steps. Throws
+/// model::PluginFailure.
 [[nodiscard]] std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task,
-                                             StopToken stop = {}, const StepObserver& observe = {});
+                                             StopToken stop = {}, const StepObserver& observe = {},
+                                             model::Witness* witness = nullptr);
 
 /// As simulate, but what a plugin throws (std::bad_alloc apart, which is the machine's fault) makes
 /// a failed result of one attempt.

@@ -90,6 +90,7 @@ void CycleSolver::decide(const Ecosystem& ecosystem, WorldState& world,
                         cells.pressure[i] <= config.cycle.division_pressure;
       const bool full = organism.live + dividing[cells.organism[i]] >= config.max_cells;
       if (able && full) ++organism.outcome.refused_divisions;
+      if (able && full && witness_ != nullptr) witness_->division_refused(world, i);
       if (able && !full) ++dividing[cells.organism[i]];
       if (!able || full) choice = {};
     }
@@ -142,6 +143,8 @@ void CycleSolver::release(WorldState& world) {
         cells.ambrosia[i] * (1.0 - efficiency);
     for (const std::uint32_t j : contacts) {
       received_[j] += efficiency * part;
+      if (witness_ != nullptr && efficiency * part > 0)
+        witness_->ambrosia_passed(world, i, j, efficiency * part);
       if (cells.organism[j] == cells.organism[i]) continue;
       world.organisms[cells.organism[i]].ledger.given += efficiency * part;
       world.organisms[cells.organism[j]].ledger.received += efficiency * part;
@@ -163,6 +166,7 @@ void CycleSolver::specialize(const Ecosystem& ecosystem, WorldState& world) {
   CellStore& cells = world.cells;
   for (const std::uint32_t i : specializing_) {
     OrganismState& organism = world.organisms[cells.organism[i]];
+    const std::uint16_t from = cells.state[i];
     cells.state[i] = cells.target[i];
     const State& state = world.state_of(i);
     cells.radius[i] = state.radius;
@@ -170,6 +174,7 @@ void CycleSolver::specialize(const Ecosystem& ecosystem, WorldState& world) {
     cells.ambrosia[i] -= excess;
     organism.ledger.lost_overflow += excess;
     ++organism.outcome.specializations;
+    if (witness_ != nullptr) witness_->specialized(world, i, from);
     // Damage stays: what the old state withstood may be too much for the new one.
     const std::vector<Hazard>& hazards = ecosystem.schema().hazards;
     for (std::size_t h = 0; h < hazards.size(); ++h)
@@ -213,6 +218,7 @@ void CycleSolver::divide(const Ecosystem& ecosystem, WorldState& world) {
     cells.born[daughter] = world.step;
     ++organism.outcome.divisions;
     ++organism.live;
+    if (witness_ != nullptr) witness_->born(world, daughter);
   }
 }
 

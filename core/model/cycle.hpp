@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/model/witness.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -25,6 +26,8 @@ struct Choice {
 
 class CycleSolver {
  public:
+  /// Tells `witness` (may be null) from now on; it must outlive this.
+  void tell(Witness* witness) { witness_ = witness; }
   /// Phase 4: cells with no running action choose one; ascending id, for the cap on cells.
   void decide(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
   /// Phase 6: actions advance; those that end take effect, all apoptoses first, then all
@@ -40,6 +43,7 @@ class CycleSolver {
   std::vector<std::uint32_t> dying_, specializing_, dividing_;
   std::vector<double> received_;
   std::vector<std::uint32_t> dividing_count_;  // by organism
+  Witness* witness_ = nullptr;
 };
 
 }  // namespace somas::model

@@ -141,6 +141,7 @@ void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
     gain_[i] = incoming > room_[i] ? room_[i] : incoming;
   }
   if (ecosystem.config().strangers.feed) book_gifts_to_strangers(world);
+  if (witness_ != nullptr) tell_of_gifts(world);
   for (const std::uint32_t i : cells.order) {
     double loss = 0;
     if (offer_[i] > 0)
@@ -159,6 +160,16 @@ void MetabolismSolver::book_gifts_to_strangers(WorldState& world) const {
       const double arrived = efficiency_[i] * offer_[i] * accepted_[j];
       world.organisms[cells.organism[i]].ledger.given += arrived;
       world.organisms[cells.organism[j]].ledger.received += arrived;
+    }
+  }
+}
+
+void MetabolismSolver::tell_of_gifts(const WorldState& world) const {
+  for (const std::uint32_t i : world.cells.order) {
+    if (!(offer_[i] > 0)) continue;
+    for (const std::uint32_t j : world.contacts.of(i)) {
+      const double arrived = efficiency_[i] * offer_[i] * accepted_[j];
+      if (arrived > 0) witness_->ambrosia_passed(world, i, j, arrived);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/model/witness.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -16,6 +17,8 @@ namespace somas::model {
 /// Phase 5. Every stage reads what the one before left; sums run in canonical order.
 class MetabolismSolver {
  public:
+  /// Tells `witness` (may be null) from now on; it must outlive this.
+  void tell(Witness* witness) { witness_ = witness; }
   void run(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs);
 
   /// Uptake: demand = min(share x production, room) of each resource; the demands on a square are
@@ -33,6 +36,7 @@ class MetabolismSolver {
 
  private:
   void book_gifts_to_strangers(WorldState& world) const;
+  void tell_of_gifts(const WorldState& world) const;
 
   std::vector<double> demand_;        // by resource, then cell
   std::vector<std::int64_t> square_;  // of the resource's grid under each cell, -1: none
@@ -41,6 +45,7 @@ class MetabolismSolver {
   std::vector<double> offer_;                      // by each cell to each of its contacts
   std::vector<double> accepted_, gain_;  // share taken of what comes in, and how much that is
   std::vector<double> efficiency_, room_;
+  Witness* witness_ = nullptr;
 };
 
 /// Energy at or below this is none.

@@ -103,6 +103,12 @@ bool Simulation::run(const std::function<bool()>& stop) {
   return true;
 }
 
+void Simulation::tell(Witness* witness) {
+  witness_ = witness;
+  cycle_.tell(witness);
+  metabolism_.tell(witness);
+}
+
 void Simulation::update_fields() {
   view_.act(Phase::parameters);
   view_.act(Phase::fields);
@@ -168,6 +174,7 @@ void Simulation::control() {
                               static_cast<std::uint32_t>(layout.outputs.size()))};
     run_program(*phenotype.program, batch);
   }
+  if (witness_ != nullptr) witness_->controlled(state_, inputs_, outputs_);
 }
 
 void Simulation::run_program(const Program& program, const Batch& batch) const {
@@ -250,6 +257,7 @@ void Simulation::bury() {
 
 void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
   const CellStore& cells = state_.cells;
+  if (witness_ != nullptr) witness_->died(state_, cell);
   OrganismState& organism = state_.organisms[cells.organism[cell]];
   organism.ledger.*lost += cells.ambrosia[cell];
   organism.ledger.energy_lost += cells.energy[cell];

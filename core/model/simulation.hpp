@@ -13,6 +13,7 @@
 #include "core/model/ecosystem.hpp"
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
+#include "core/model/witness.hpp"
 #include "core/model/world_state.hpp"
 #include "core/model/world_view.hpp"
 
@@ -63,6 +64,10 @@ class Simulation {
   /// loses its last cell ends here: its survival is the step that would come next.
   std::uint32_t wound(const Wound& wound);
 
+  /// Tells `witness` (null: nobody) what happens from now on; it must outlive the simulation or be
+  /// replaced. Never changes what happens.
+  void tell(Witness* witness);
+
   /// One per roster entry, in roster order.
   [[nodiscard]] std::vector<Outcome> outcomes() const;
   /// XXH3-64 of everything that the next step depends on, in canonical order.
@@ -94,6 +99,7 @@ class Simulation {
   MechanicsSolver mechanics_;
   Reorganiser reorganiser_;
   std::vector<Footprint> footprints_;
+  Witness* witness_ = nullptr;
 };
 
 }  // namespace somas::model

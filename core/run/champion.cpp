@@ -27,12 +27,12 @@ Json chromosome_to_json(const Genes& genes, const Heritable& part, const PluginU
 }
 
 Json replay_to_json(const Champion& champion) {
-  const Outcome& outcome = champion.recording.outcome;
+  const Outcome& outcome = champion.life.outcome;
   Json json;
   json["seed"] = hex64(champion.seed);
   json["survival"] = outcome.survival;
   json["censored"] = outcome.censored;
-  json["score"] = champion.recording.score;
+  json["score"] = champion.life.score;
   json["divisions"] = outcome.divisions;
   json["specializations"] = outcome.specializations;
   json["refused_divisions"] = outcome.refused_divisions;
@@ -43,14 +43,14 @@ Json replay_to_json(const Champion& champion) {
   return json;
 }
 
-Json steps_to_json(const Recording& recording) {
+Json steps_to_json(const LifeRecord& life) {
   Json census = Json::object();
-  for (std::size_t state = 0; state < recording.states.size(); ++state)
-    census[recording.states[state]] = recording.census[state];
+  for (std::size_t state = 0; state < life.states.size(); ++state)
+    census[life.states[state]] = life.census[state];
   Json hashes = Json::array();
-  for (const std::uint64_t hash : recording.hashes) hashes.push_back(hex64(hash));
+  for (const std::uint64_t hash : life.hashes) hashes.push_back(hex64(hash));
   Json json;
-  json["count"] = recording.hashes.size();
+  json["count"] = life.hashes.size();
   json["cells"] = std::move(census);
   json["world_hash"] = std::move(hashes);
   return json;
@@ -194,17 +194,16 @@ void read_roster(const JsonView& json, const evolution::Heredity& heredity,
 }
 
 // Fills hashes, and the census of the states that are already named.
-void read_steps(const JsonView& json, Recording& recording) {
+void read_steps(const JsonView& json, LifeRecord& life) {
   const std::uint64_t count = json.member("count").natural();
   const JsonView& hashes = json.member("world_hash");
   if (hashes.size() != count) hashes.fail("a hash a step");
-  for (std::size_t step = 0; step < count; ++step)
-    recording.hashes.push_back(hashes.item(step).key64());
+  for (std::size_t step = 0; step < count; ++step) life.hashes.push_back(hashes.item(step).key64());
 
-  for (const std::string& state : recording.states) {
+  for (const std::string& state : life.states) {
     const JsonView& cells = json.member("cells").member(state);
     if (cells.size() != count) cells.fail("a number a step");
-    std::vector<std::uint32_t>& counts = recording.census.emplace_back();
+    std::vector<std::uint32_t>& counts = life.census.emplace_back();
     for (std::size_t step = 0; step < count; ++step) counts.push_back(natural32(cells.item(step)));
   }
 }
@@ -277,8 +276,8 @@ std::string to_text(const Champion& champion, const evolution::Heredity& heredit
   json["genome"] = genome_to_json(individual.genome, heredity, owners);
   if (!champion.roster.empty())
     json["roster"] = roster_to_json(champion.roster, heredity, owners, champion.own_seat);
-  json["states"] = champion.recording.states;
-  json["steps"] = steps_to_json(champion.recording);
+  json["states"] = champion.life.states;
+  json["steps"] = steps_to_json(champion.life);
   return to_text(json);
 }
 
@@ -302,13 +301,12 @@ Champion parse_champion(std::string_view text, const std::string& origin,
 
   const JsonView& replay = view.member("replay");
   champion.seed = replay.member("seed").key64();
-  Recording& recording = champion.recording;
-  recording.outcome = outcome_from_json(replay);
-  recording.score = replay.member("score").number();
+  LifeRecord& life = champion.life;
+  life.outcome = outcome_from_json(replay);
+  life.score = replay.member("score").number();
   const JsonView& states = view.member("states");
-  for (std::size_t i = 0; i < states.size(); ++i)
-    recording.states.emplace_back(states.item(i).text());
-  read_steps(view.member("steps"), recording);
+  for (std::size_t i = 0; i < states.size(); ++i) life.states.emplace_back(states.item(i).text());
+  read_steps(view.member("steps"), life);
   return champion;
 }
 

@@ -12,7 +12,7 @@
 #include "core/evolution/population.hpp"
 #include "core/experiment/experiment.hpp"
 #include "core/run/json.hpp"
-#include "core/run/recording.hpp"
+#include "core/run/life_record.hpp"
 
 namespace somas::run {
 
@@ -37,14 +37,14 @@ struct Champion {
   std::uint64_t generation = 0;
   std::uint32_t population = 0;  ///< 1 or 2; 0: there is only one
   evolution::Individual individual;
-  std::uint64_t seed = 0;  ///< of its first trial, which `recording` tells
-  Recording recording;
+  std::uint64_t seed = 0;  ///< of its first trial, which `life` tells
+  LifeRecord life;
   std::vector<RosterSeat> roster{};  ///< of its first trial; empty: alone, at the origin, key 1
   std::size_t own_seat = 0;          ///< its place in the roster
   bool genes_match_bytes = true;     ///< when read: both forms of the genome agree
 };
 
-/// The simulation that the recording tells; refers to the champion's genomes.
+/// The simulation that the life tells; refers to the champion's genomes.
 [[nodiscard]] evaluation::Task task_of(const Champion& champion);
 
 /// The file's text. The genome stands there twice: as JSON, for people, and as bytes in

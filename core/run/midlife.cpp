@@ -57,7 +57,7 @@ Life live_from(const model::Ecosystem& ecosystem, const Champion& champion,
 
 std::optional<Moment> moment_before(std::uint64_t step, const std::filesystem::path& run,
                                     const Champion& champion, const model::Ecosystem& ecosystem) {
-  const std::vector<std::uint64_t>& hashes = champion.recording.hashes;
+  const std::vector<std::uint64_t>& hashes = champion.life.hashes;
   if (step >= hashes.size())
     throw UsageError("step " + std::to_string(step) +
                      " is beyond the recorded life, of steps 0 to " +
@@ -81,24 +81,24 @@ Moment moment_in(const std::filesystem::path& file, const Champion& champion,
       .step = life.simulation->steps_done(), .file = file, .world = model::save(*life.simulation)};
 }
 
-Recording record_rest(Life& life, std::size_t own, const Observer& observer) {
-  Recording recording = begin_recording(*life.phenotypes[own]->tree);
-  recording.first_step = life.simulation->steps_done();
+LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer) {
+  LifeRecord record = begin_life_record(*life.phenotypes[own]->tree);
+  record.first_step = life.simulation->steps_done();
   const auto result =
       evaluation::complete(*life.simulation, {}, [&](const model::Simulation& simulation) {
-        observe_step(simulation, own, recording);
+        observe_step(simulation, own, record);
         if (observer) observer(simulation);
       });
-  recording.outcome = result->rows[own].outcome;
-  recording.score = result->rows[own].score;
-  return recording;
+  record.outcome = result->rows[own].outcome;
+  record.score = result->rows[own].score;
+  return record;
 }
 
-Recording rest_of(const Recording& recording, std::uint64_t step) {
-  Recording rest = recording;
+LifeRecord rest_of(const LifeRecord& record, std::uint64_t step) {
+  LifeRecord rest = record;
   const auto cut = [&](auto& values) {
     values.erase(values.begin(),
-                 values.begin() + static_cast<std::ptrdiff_t>(step - recording.first_step));
+                 values.begin() + static_cast<std::ptrdiff_t>(step - record.first_step));
   };
   rest.first_step = step;
   cut(rest.hashes);

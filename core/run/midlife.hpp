@@ -11,7 +11,7 @@
 
 #include "core/model/simulation.hpp"
 #include "core/run/champion.hpp"
-#include "core/run/recording.hpp"
+#include "core/run/life_record.hpp"
 
 namespace somas::run {
 
@@ -44,11 +44,11 @@ struct Life {
 [[nodiscard]] Moment moment_in(const std::filesystem::path& file, const Champion& champion,
                                const model::Ecosystem& ecosystem);
 
-/// Simulates `life` to its end. The recording, of the organism at place `own` of the roster,
+/// Simulates `life` to its end. The record, of the organism at place `own` of the roster,
 /// begins with the next step.
-[[nodiscard]] Recording record_rest(Life& life, std::size_t own, const Observer& observer);
+[[nodiscard]] LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer);
 
-/// The part of a recording from `step` on.
-[[nodiscard]] Recording rest_of(const Recording& recording, std::uint64_t step);
+/// The part of a record from `step` on.
+[[nodiscard]] LifeRecord rest_of(const LifeRecord& record, std::uint64_t step);
 
 }  // namespace somas::run

@@ -53,18 +53,18 @@ void make_fit(Champion& champion, const evolution::Heredity& heredity, ReplayRep
           "genome of roster[" + std::to_string(s) + "]");
 }
 
-std::string cells_at(const Recording& recording, std::size_t step) {
+std::string cells_at(const LifeRecord& life, std::size_t step) {
   std::string text;
-  for (std::size_t state = 0; state < recording.states.size(); ++state)
-    text += (text.empty() ? "" : ", ") + std::to_string(recording.census[state][step]) + " " +
-            recording.states[state];
+  for (std::size_t state = 0; state < life.states.size(); ++state)
+    text += (text.empty() ? "" : ", ") + std::to_string(life.census[state][step]) + " " +
+            life.states[state];
   return text;
 }
 
-std::string step_text(const Recording& recording, std::size_t step) {
-  step -= recording.first_step;
-  if (step >= recording.hashes.size()) return "ended before it";
-  return "hash " + hex64(recording.hashes[step]) + ", cells " + cells_at(recording, step);
+std::string step_text(const LifeRecord& life, std::size_t step) {
+  step -= life.first_step;
+  if (step >= life.hashes.size()) return "ended before it";
+  return "hash " + hex64(life.hashes[step]) + ", cells " + cells_at(life, step);
 }
 
 std::string number_text(bool value) { return value ? "true" : "false"; }
@@ -93,8 +93,8 @@ void check_identity(const Champion& champion, std::uint64_t generation, std::uin
                      std::to_string(*id) + " is the champion");
 }
 
-std::vector<std::string> differences(const Champion& champion, const Recording& replayed) {
-  const Recording recorded = rest_of(champion.recording, replayed.first_step);
+std::vector<std::string> differences(const Champion& champion, const LifeRecord& replayed) {
+  const LifeRecord recorded = rest_of(champion.life, replayed.first_step);
   std::vector<std::string> found;
   if (recorded.states != replayed.states) found.emplace_back("the states of cells are others");
   if (const auto step = first_difference(recorded, replayed))
@@ -124,7 +124,7 @@ std::vector<std::string> differences(const Champion& champion, const Recording& 
 }
 
 // Who else was there, and what was left for the champion.
-std::string company_text(const Champion& champion, const Recording& replayed) {
+std::string company_text(const Champion& champion, const LifeRecord& replayed) {
   if (champion.roster.empty()) return "";
   std::string text;
   for (std::size_t s = 0; s < champion.roster.size(); ++s) {
@@ -139,8 +139,8 @@ std::string company_text(const Champion& champion, const Recording& replayed) {
   return text + "; share of biomass " + share + "\n";
 }
 
-std::string life_text(const Recording& recording) {
-  const Outcome& outcome = recording.outcome;
+std::string life_text(const LifeRecord& life) {
+  const Outcome& outcome = life.outcome;
   return "survival " + std::to_string(outcome.survival) +
          (outcome.censored ? " (alive at the end)" : "") + ", peak " +
          plural(outcome.peak_cells, "cell") + ", " + plural(outcome.divisions, "division") + ", " +
@@ -148,16 +148,15 @@ std::string life_text(const Recording& recording) {
 }
 
 // A line at about ten moments of a life.
-std::string census_text(const Recording& recording) {
+std::string census_text(const LifeRecord& life) {
   std::string text;
-  const std::size_t steps = recording.hashes.size();
+  const std::size_t steps = life.hashes.size();
   const std::size_t stride = std::max<std::size_t>(1, (steps + 9) / 10);
   for (std::size_t step = 0; step < steps; step += stride)
-    text += "  step " + std::to_string(recording.first_step + step) + ": " +
-            cells_at(recording, step) + "\n";
+    text += "  step " + std::to_string(life.first_step + step) + ": " + cells_at(life, step) + "\n";
   if (steps > 0 && (steps - 1) % stride != 0)
-    text += "  step " + std::to_string(recording.first_step + steps - 1) + ": " +
-            cells_at(recording, steps - 1) + "\n";
+    text += "  step " + std::to_string(life.first_step + steps - 1) + ": " +
+            cells_at(life, steps - 1) + "\n";
   return text;
 }
 
@@ -188,7 +187,7 @@ Observer saving(const ReplayOptions& options, ReplayReport& report) {
     if (options.observer) options.observer(world);
     if (options.save_at != world.steps_done() || world.finished()) return;
     const std::uint64_t hash = world.hash();
-    if (hash == report.recorded.recording.hashes[world.steps_done() - 1])
+    if (hash == report.recorded.life.hashes[world.steps_done() - 1])
       report.saved = state_of(report.recorded, world.steps_done(), hash, model::save(world));
   };
 }
@@ -226,7 +225,7 @@ bool replay_rest(const ReplayOptions& options, const experiment::Experiment& the
 
 void check_moments(const ReplayOptions& options, const Champion& champion) {
   if (!options.save_at) return;
-  const std::size_t steps = champion.recording.hashes.size();
+  const std::size_t steps = champion.life.hashes.size();
   if (*options.save_at == 0 || *options.save_at >= steps)
     throw UsageError("--at-step " + std::to_string(*options.save_at) +
                      ": the recorded life has states before steps 1 to " +
@@ -277,8 +276,8 @@ ReplayReport replay(const ReplayOptions& options) {
     report.what_if = false;
   }
   if (!begun)
-    report.replayed = *record(*experiment.ecosystem, task_of(report.recorded),
-                              report.recorded.own_seat, {}, saving(options, report));
+    report.replayed = *record_life(*experiment.ecosystem, task_of(report.recorded),
+                                   report.recorded.own_seat, {}, saving(options, report));
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())
@@ -299,7 +298,7 @@ std::string to_text(const ReplayReport& report) {
       hex64(champion.seed) + "\n";
   if (report.beginning) text += beginning_text(*report.beginning);
   if (report.what_if) {
-    text += "recorded: " + life_text(champion.recording) + "\n";
+    text += "recorded: " + life_text(champion.life) + "\n";
     text += "what if:  " + life_text(report.replayed) + "\n";
   } else {
     text += life_text(report.replayed) + "\n";

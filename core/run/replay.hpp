@@ -36,7 +36,7 @@ struct Beginning {
 
 struct ReplayReport {
   Champion recorded;
-  Recording replayed;
+  LifeRecord replayed;
   bool what_if = false;
   std::optional<Beginning> beginning;    ///< of a replay in mid-life
   std::optional<SavedState> saved;       ///< where the life up to it is the recorded one

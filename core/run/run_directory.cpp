@@ -40,7 +40,7 @@ std::string header_of(std::string_view columns, std::string_view company, evolut
 std::string generation_line(const Generation& generation) {
   const evolution::Statistics& statistics = generation.statistics;
   const evolution::Individual& champion = generation.champion.individual;
-  const Outcome& outcome = generation.champion.recording.outcome;
+  const Outcome& outcome = generation.champion.life.outcome;
   CsvLine line;
   line.add(generation.number)
       .add(statistics.best)

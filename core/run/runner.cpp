@@ -213,17 +213,16 @@ class Run {
     champion.seed = contest_->matches()[part.match].seed;
     champion.roster = contest_->roster(part.match);
     champion.own_seat = part.seat;
-    auto recording = run::record(ecosystem_, task_of(champion), part.seat, stop_);
-    if (!recording) return false;
-    if (recording->outcome.survival != expected.outcome.survival ||
-        recording->score != expected.score)
+    auto life = run::record_life(ecosystem_, task_of(champion), part.seat, stop_);
+    if (!life) return false;
+    if (life->outcome.survival != expected.outcome.survival || life->score != expected.score)
       throw std::runtime_error(
           "generation " + std::to_string(record.number) + ", individual " +
           std::to_string(champion.individual.id) + ": survived " +
           std::to_string(expected.outcome.survival) + " steps when evaluated and " +
-          std::to_string(recording->outcome.survival) +
+          std::to_string(life->outcome.survival) +
           " when simulated again with the same seed; does a plugin keep state of its own?");
-    champion.recording = std::move(*recording);
+    champion.life = std::move(*life);
     return true;
   }
 

@@ -129,7 +129,7 @@ void check_owner(const SavedState& state, const Champion& champion, const std::s
   require("individual", std::to_string(state.individual), std::to_string(champion.individual.id));
   require("seed", hex64(state.seed), hex64(champion.seed));
   require("genome", state.genome, fingerprint(champion.individual.genome));
-  const std::vector<std::uint64_t>& hashes = champion.recording.hashes;
+  const std::vector<std::uint64_t>& hashes = champion.life.hashes;
   if (state.step == 0 || state.step >= hashes.size())
     throw UsageError(origin + ": the state comes before step " + std::to_string(state.step) +
                      "; the recorded life has such moments before steps 1 to " +

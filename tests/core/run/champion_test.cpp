@@ -23,7 +23,7 @@ class ChampionFile : public testing::Test {
     champion_.individual.origin = evolution::Operator::crossover_mutation;
     champion_.individual.genome = test::toy_genome(*ecosystem_, 7);
     evolution::assign_fitness(champion_.individual, {0.1, 1.0 / 3});
-    champion_.recording = record(*ecosystem_, champion_.individual.genome, champion_.seed).value();
+    champion_.life = record_life(*ecosystem_, champion_.individual.genome, champion_.seed).value();
   }
 
   std::string edited(const std::string& from, const std::string& to) const {
@@ -59,19 +59,19 @@ TEST_F(ChampionFile, ReadsBackExactly) {
   EXPECT_EQ(read.individual.genome, champion_.individual.genome);
   EXPECT_EQ(read.individual.fitness, champion_.individual.fitness);
   EXPECT_EQ(read.individual.trials, champion_.individual.trials);
-  EXPECT_EQ(read.recording.hashes, champion_.recording.hashes);
-  EXPECT_EQ(read.recording.census, champion_.recording.census);
-  EXPECT_EQ(read.recording.states, champion_.recording.states);
-  EXPECT_EQ(read.recording.score, champion_.recording.score);
-  EXPECT_EQ(read.recording.outcome.cell_steps, champion_.recording.outcome.cell_steps);
+  EXPECT_EQ(read.life.hashes, champion_.life.hashes);
+  EXPECT_EQ(read.life.census, champion_.life.census);
+  EXPECT_EQ(read.life.states, champion_.life.states);
+  EXPECT_EQ(read.life.score, champion_.life.score);
+  EXPECT_EQ(read.life.outcome.cell_steps, champion_.life.outcome.cell_steps);
   EXPECT_EQ(to_text(read, heredity_), text);
 }
 
 TEST_F(ChampionFile, ReplayedFromItsFileItLivesTheSameLife) {
   const Champion read = parse_champion(to_text(champion_, heredity_), "test", heredity_);
-  const Recording again = record(*ecosystem_, read.individual.genome, read.seed).value();
+  const LifeRecord again = record_life(*ecosystem_, read.individual.genome, read.seed).value();
   EXPECT_FALSE(again.hashes.empty());
-  EXPECT_EQ(first_difference(read.recording, again), std::nullopt);
+  EXPECT_EQ(first_difference(read.life, again), std::nullopt);
 }
 
 TEST_F(ChampionFile, AnEditedGeneCountsAndIsNoticed) {
@@ -156,25 +156,25 @@ TEST_F(ChampionFile, AnEditedGenomeAloneIsNoticedToo) {
 }
 
 TEST_F(ChampionFile, RecordingsDifferFromTheFirstStepThatDoes) {
-  Recording other = champion_.recording;
-  EXPECT_EQ(first_difference(other, champion_.recording), std::nullopt);
+  LifeRecord other = champion_.life;
+  EXPECT_EQ(first_difference(other, champion_.life), std::nullopt);
   ASSERT_GT(other.hashes.size(), 4u);
   other.hashes[3] ^= 1;
   other.hashes[4] ^= 1;
-  EXPECT_EQ(first_difference(other, champion_.recording), 3u);
+  EXPECT_EQ(first_difference(other, champion_.life), 3u);
   other.census[0][1] += 1;
-  EXPECT_EQ(first_difference(other, champion_.recording), 1u);
-  other = champion_.recording;
+  EXPECT_EQ(first_difference(other, champion_.life), 1u);
+  other = champion_.life;
   other.hashes.pop_back();
-  EXPECT_EQ(first_difference(other, champion_.recording), other.hashes.size());
+  EXPECT_EQ(first_difference(other, champion_.life), other.hashes.size());
 }
 
 TEST_F(ChampionFile, ARecordingAsCsvHasALineAStep) {
-  Recording recording;
-  recording.states = {"a", "b,c"};
-  recording.hashes = {1, 0xABC};
-  recording.census = {{1, 2}, {0, 3}};
-  EXPECT_EQ(to_csv(recording),
+  LifeRecord life;
+  life.states = {"a", "b,c"};
+  life.hashes = {1, 0xABC};
+  life.census = {{1, 2}, {0, 3}};
+  EXPECT_EQ(to_csv(life),
             "step,a,\"b,c\",cells,hash\n"
             "0,1,0,1,0000000000000001\n"
             "1,2,3,5,0000000000000abc\n");

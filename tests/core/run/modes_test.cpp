@@ -80,15 +80,15 @@ TEST_P(Modes, RecordChampionsWhoseRosterLivesTheSameLife) {
       EXPECT_EQ(rival.id.has_value(), GetParam() != Mode::hall_of_fame || generation > 0);
       EXPECT_EQ(rival.population, two_populations() ? 3 - population : 0);
 
-      const auto again = record(*experiment_.ecosystem, task_of(champion), champion.own_seat);
-      EXPECT_EQ(first_difference(champion.recording, *again), std::nullopt);
-      EXPECT_EQ(again->outcome.survival, champion.recording.outcome.survival);
-      EXPECT_EQ(again->outcome.biomass_share, champion.recording.outcome.biomass_share);
+      const auto again = record_life(*experiment_.ecosystem, task_of(champion), champion.own_seat);
+      EXPECT_EQ(first_difference(champion.life, *again), std::nullopt);
+      EXPECT_EQ(again->outcome.survival, champion.life.outcome.survival);
+      EXPECT_EQ(again->outcome.biomass_share, champion.life.outcome.biomass_share);
       EXPECT_EQ(champion.individual.trials[0], again->score);
       // The company matters: alone the world is another one.
-      const Recording alone =
-          record(*experiment_.ecosystem, champion.individual.genome, champion.seed).value();
-      EXPECT_EQ(first_difference(champion.recording, alone), 0u);
+      const LifeRecord alone =
+          record_life(*experiment_.ecosystem, champion.individual.genome, champion.seed).value();
+      EXPECT_EQ(first_difference(champion.life, alone), 0u);
     }
 }
 
@@ -159,7 +159,7 @@ TEST_P(Modes, WriteALineForEachPopulationOfAGeneration) {
         parse_champion(read_file(champion_path(run, 1, population)), "test", heredity);
     EXPECT_EQ(champion_id(run, 1, population), champion.individual.id);
     const std::size_t line = two_populations() ? 2 + population : 2;
-    EXPECT_EQ(std::stod(split(lines[line], ',')[18]), champion.recording.outcome.biomass_share);
+    EXPECT_EQ(std::stod(split(lines[line], ',')[18]), champion.life.outcome.biomass_share);
     EXPECT_EQ(std::stoull(split(lines[line], ',')[14]), GetParam() == Mode::rosters ? 8u : 16u);
   }
   EXPECT_EQ(last_generation(scratch_.path() / "a"), 2u);
@@ -213,7 +213,7 @@ TEST(RosterRecord, RefusesRostersThatCannotBe) {
   champion.seed = 5;
   champion.roster = {{.key = 1, .x = -3}, {.key = 2, .x = 3, .id = 4}};
   champion.roster[1].genome = test::toy_genome(*ecosystem, 2);
-  champion.recording = record(*ecosystem, task_of(champion), 0).value();
+  champion.life = record_life(*ecosystem, task_of(champion), 0).value();
   const Json whole = parse_json(to_text(champion, heredity), "whole");
 
   const auto complaint = [&](const Json& json) -> std::string {
@@ -242,13 +242,13 @@ TEST(RosterRecord, RefusesRostersThatCannotBe) {
 TEST(RosterRecord, OfAnOrganismAloneIsThatOfASingleRun) {
   const auto ecosystem = test::toy_ecosystem();
   const model::Genome genome = test::toy_genome(*ecosystem, 3);
-  const Recording single = record(*ecosystem, genome, 8).value();
+  const LifeRecord single = record_life(*ecosystem, genome, 8).value();
   evaluation::Task roster{{{.genome = &genome, .key = 1, .x = 0, .y = 0}}, 8};
-  EXPECT_EQ(first_difference(single, *record(*ecosystem, roster, 0)), std::nullopt);
+  EXPECT_EQ(first_difference(single, *record_life(*ecosystem, roster, 0)), std::nullopt);
   // Far company that touches nothing changes the world's hash, and nothing of the life.
   const model::Genome other = test::toy_genome(*ecosystem, 4);
   roster.roster.push_back({.genome = &other, .key = 2, .x = 40, .y = 0});
-  const Recording two = record(*ecosystem, roster, 0).value();
+  const LifeRecord two = record_life(*ecosystem, roster, 0).value();
   EXPECT_EQ(two.outcome.survival, single.outcome.survival);
   EXPECT_EQ(two.outcome.divisions, single.outcome.divisions);
   EXPECT_LT(two.outcome.biomass_share, 1);

@@ -14,7 +14,7 @@ namespace somas::run {
 
 /// One organism's life, alone or in company, step by step. An entry of a step tells the world after
 /// it; the first entry is that of `first_step`.
-struct Recording {
+struct LifeRecord {
   std::uint64_t first_step = 0;
   std::vector<std::string> states;                 ///< names, by index
   std::vector<std::uint64_t> hashes;               ///< of the whole world, by step
@@ -31,27 +31,28 @@ using Observer = std::function<void(const model::Simulation&)>;
 
 /// Simulates as an evaluation does; tells the life of the organism at place `own` of the roster.
 /// Nothing if stopped early. Throws model::PluginFailure.
-[[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
-                                              const evaluation::Task& task, std::size_t own,
-                                              evaluation::StopToken stop = {},
-                                              const Observer& observer = {});
+[[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
+                                                    const evaluation::Task& task, std::size_t own,
+                                                    evaluation::StopToken stop = {},
+                                                    const Observer& observer = {});
 
 /// The same of an organism alone: of its single_task.
-[[nodiscard]] std::optional<Recording> record(const model::Ecosystem& ecosystem,
-                                              const model::Genome& genome, std::uint64_t seed,
-                                              evaluation::StopToken stop = {},
-                                              const Observer& observer = {});
+[[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
+                                                    const model::Genome& genome, std::uint64_t seed,
+                                                    evaluation::StopToken stop = {},
+                                                    const Observer& observer = {});
 
-/// The two halves of recording by hand: an empty one, and adding the step that is just over, for
-/// the organism at place `own` of the roster.
-[[nodiscard]] Recording begin_recording(const model::Tree& tree);
-void observe_step(const model::Simulation& simulation, std::size_t own, Recording& recording);
+/// The two halves of recording a life by hand: an empty one, and adding the step that is just over,
+/// for the organism at place `own` of the roster.
+[[nodiscard]] LifeRecord begin_life_record(const model::Tree& tree);
+void observe_step(const model::Simulation& simulation, std::size_t own, LifeRecord& life);
 
 /// The first step at which two recordings with the same first step differ: in a hash, in the cells
 /// of a state, or because only one of them got that far. Nothing if they are equal.
-[[nodiscard]] std::optional<std::uint64_t> first_difference(const Recording& a, const Recording& b);
+[[nodiscard]] std::optional<std::uint64_t> first_difference(const LifeRecord& a,
+                                                            const LifeRecord& b);
 
 /// "step,<state>...,cells,hash", a line a step.
-[[nodiscard]] std::string to_csv(const Recording& recording);
+[[nodiscard]] std::string to_csv(const LifeRecord& life);
 
 }  // namespace somas::run
