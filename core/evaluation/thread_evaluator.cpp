@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/evaluation/backend.hpp"
+#include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/simulate.hpp"
 
 namespace somas::evaluation {
@@ -70,6 +71,7 @@ void evaluate_one(Batch& batch, std::size_t index) {
 }
 
 void work(Batch& batch) {
+  const WatchedThread watched;
   while (!batch.stop.stop_requested() && !batch.abandoned) {
     const std::size_t index = batch.next++;
     if (index >= batch.order.size()) break;

@@ -25,7 +25,7 @@ inline constexpr const char* exit_code_help =
     "  3    a plugin failed while the experiment ran\n"
     "  4    a replay does not reproduce its record\n"
     "  5    results cannot be written (disk full, no permission)\n"
-    "  6    evaluators were lost (killed, out of memory, no progress); run it again\n"
+    "  6    evaluators were lost (killed, out of memory, no progress); finished work is saved\n"
     "  129  hung up (SIGHUP, the terminal closed); all finished generations are saved\n"
     "  130  interrupted (Ctrl-C); all finished generations are saved\n"
     "  143  terminated (SIGTERM); all finished generations are saved\n";

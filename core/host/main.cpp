@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/evaluation/cluster.hpp"
+#include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/evaluator.hpp"
 #include "core/evaluation/evaluator_process.hpp"
 #include "core/experiment/experiment.hpp"
@@ -99,6 +100,8 @@ int main(int count, char** words) {
   const std::vector<std::string> arguments(words + (count > 0 ? 1 : 0), words + count);
   if (!arguments.empty() && arguments.front() == somas::evaluation::evaluator_command)
     somas::evaluation::serve_evaluations({arguments.begin() + 1, arguments.end()});
+  somas::evaluation::report_crashes(somas::host::exit_plugin_failed);
+  const somas::evaluation::WatchedThread watched;
   somas::run::Terminal terminal(stderr);
   somas::host::log_to(terminal);
   if (somas::evaluation::Cluster::launched()) return cluster_main(arguments, terminal);
