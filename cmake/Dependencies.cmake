@@ -28,6 +28,9 @@ set_target_properties(xxHash::xxhash PROPERTIES
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET GLOBAL cairo>=1.16)   # PkgConfig::cairo
 
+# Recordings are HDF5 files, written through its C library (the serial one).
+pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET GLOBAL hdf5>=1.10.7)     # PkgConfig::hdf5
+
 if(SOMAS_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)           # GTest::gtest_main, GTest::gmock
   find_package(rapidcheck REQUIRED)           # rapidcheck, rapidcheck_gtest: property tests

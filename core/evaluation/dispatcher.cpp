@@ -15,8 +15,10 @@ namespace {
 /// Work of a batch, in seconds: much more than what sending it takes.
 constexpr double batch_seconds = 0.004;
 constexpr std::size_t largest_batch = 64;
-/// Times that evaluators may be lost over one task.
-constexpr std::uint8_t most_losses = 8;
+/// Evaluators that may be lost over one task, or one loading. What runs out of memory or hangs will
+/// do so again: it counts more than a kill from outside.
+constexpr std::uint32_t most_losses = 9;
+std::uint32_t weight_of(const Death& death) { return death.kind == Death::Kind::exhausted ? 3 : 1; }
 /// Reference simulations tried until one neither throws nor crashes.
 constexpr std::uint32_t most_canaries = 8;
 constexpr std::chrono::milliseconds look_for_stop{100};
@@ -241,10 +243,16 @@ void Pool::Dispatcher::load(Worker& worker, std::uint32_t id) {
 
 std::size_t Pool::Dispatcher::batch_size(const Job& job) const {
   const double seconds = experiments_.at(job.experiment).task_seconds;
-  if (seconds <= 0) return 1;
+  const auto suspect = [&](std::size_t task) { return job.faults[task] > 0; };
+  // A task that has failed before comes alone.
+  if (seconds <= 0 || suspect(job.waiting.front())) return 1;
   const std::size_t fair = job.waiting.size() / (2 * workers_.size());
   const double fitting = std::min<double>(largest_batch, std::floor(batch_seconds / seconds));
-  return std::max<std::size_t>(1, std::min(static_cast<std::size_t>(fitting), fair));
+  const std::size_t count =
+      std::max<std::size_t>(1, std::min(static_cast<std::size_t>(fitting), fair));
+  const auto end = job.waiting.begin() + static_cast<std::ptrdiff_t>(count);
+  return static_cast<std::size_t>(std::find_if(job.waiting.begin(), end, suspect) -
+                                  job.waiting.begin());
 }
 
 void Pool::Dispatcher::send_batch(Worker& worker, const std::shared_ptr<Job>& job) {
@@ -258,11 +266,6 @@ void Pool::Dispatcher::send_batch(Worker& worker, const std::shared_ptr<Job>& jo
     worker.items.push_back({next_item_++, job, task, i + 1 == count});
     out.put(worker.items.back().id);
     encode(out, job->tasks[task]);
-    // A task that has failed before is alone with its process.
-    if (job->faults[task] > 0) {
-      worker.items.back().last_of_batch = true;
-      break;
-    }
   }
   ++worker.batches;
   worker.used = true;
@@ -372,8 +375,14 @@ void Pool::Dispatcher::died_loading(Worker& worker, std::uint32_t id, const Deat
   const std::string why = (death.plugin.empty() ? "" : death.plugin + ": ") + death.cause;
   if (death.kind == Death::Kind::fault) return not_ready(worker, id, why);
   found->second.being_tried = false;
-  if (++found->second.losses >= most_losses)
+  found->second.losses += weight_of(death);
+  if (found->second.losses >= most_losses)
     fail_all("evaluators that load the experiment are lost: " + why, id);
+}
+
+void Pool::Dispatcher::not_tried(std::uint32_t id) {
+  const auto found = experiments_.find(id);
+  if (found != experiments_.end()) found->second.being_tried = false;
 }
 
 void Pool::Dispatcher::died(Worker& worker, const Death& death) {
@@ -394,13 +403,17 @@ void Pool::Dispatcher::died(Worker& worker, const Death& death) {
   if (culprit != items.end() && death.kind == Death::Kind::fault)
     fault(*culprit,
           {.attempts = 1, .cause = death.cause, .plugin = death.plugin, .step = death.step});
-  else if (culprit != items.end() && death.kind == Death::Kind::machine)
-    loss(*culprit, death.cause,
+  else if (culprit != items.end() && death.kind != Death::Kind::spent)
+    loss(*culprit, weight_of(death), death.cause,
          (death.plugin.empty() ? "" : " in " + death.plugin) +
              (death.step ? " at step " + std::to_string(*death.step) : "") + " on " + machine);
   else if (culprit != items.end())
     again(*culprit);
-  if (loading) died_loading(worker, *loading, death);
+  // What it was to load came after what it was to do.
+  if (loading && items.empty() && death.kind != Death::Kind::spent)
+    died_loading(worker, *loading, death);
+  else if (loading)
+    not_tried(*loading);
   if (culprit == items.end() && !loading && death.kind != Death::Kind::spent &&
       ++worker.stillborn >= most_losses)
     fail_all("evaluators on " + machine + " end before they work: " + death.cause);
@@ -454,16 +467,17 @@ void Pool::Dispatcher::fault(const Item& item, Failure failure) {
   finish(item, std::move(result));
 }
 
-void Pool::Dispatcher::loss(const Item& item, const std::string& cause, const std::string& where) {
+void Pool::Dispatcher::loss(const Item& item, std::uint32_t weight, const std::string& cause,
+                            const std::string& where) {
   Job& job = *item.job;
   if (job.over) return;
-  if (++job.losses[item.task] < most_losses) {
+  job.losses[item.task] += weight;
+  if (job.losses[item.task] < most_losses) {
     again(item);
     return;
   }
-  fail(job, "a simulation (seed " + std::to_string(job.tasks[item.task].seed) + ") lost " +
-                std::to_string(job.losses[item.task]) + " evaluators, the last by: " + cause +
-                where);
+  fail(job, "a simulation (seed " + std::to_string(job.tasks[item.task].seed) +
+                ") loses evaluators time and again, the last by: " + cause + where);
 }
 
 void Pool::Dispatcher::fail(Job& job, const std::string& why) {

@@ -27,10 +27,10 @@ struct Job {
   std::span<const Task> tasks;      ///< of the caller, who waits
   std::deque<std::size_t> waiting;  ///< indices, the next first
   std::vector<Result> results;
-  std::vector<std::uint8_t> faults, losses;  ///< by task: attempts that ended in either
-  std::size_t left;                          ///< tasks without a result
-  std::size_t at_work = 0;                   ///< tasks with an evaluator
-  std::vector<std::size_t> finished;         ///< and not handed on yet
+  std::vector<std::uint32_t> faults, losses;  ///< by task: what attempts ended in
+  std::size_t left;                           ///< tasks without a result
+  std::size_t at_work = 0;                    ///< tasks with an evaluator
+  std::vector<std::size_t> finished;          ///< and not handed on yet
   std::exception_ptr error;
   bool over = false;  ///< cancelled or failed: nobody wants results any more
   std::condition_variable news;
@@ -96,6 +96,7 @@ class Pool::Dispatcher {
   void take_results(Worker& worker, Reader in);
   void ready(Worker& worker, const ReadyMessage& message);
   void not_ready(Worker& worker, std::uint32_t experiment, const std::string& why);
+  void not_tried(std::uint32_t experiment);
   void died(Worker& worker, const Death& death);
   void died_loading(Worker& worker, std::uint32_t experiment, const Death& death);
   void refuse(Worker& worker, const std::string& why);
@@ -103,7 +104,8 @@ class Pool::Dispatcher {
   void finish(const Item& item, Result result);
   void again(const Item& item);
   void fault(const Item& item, Failure failure);
-  void loss(const Item& item, const std::string& cause, const std::string& where);
+  void loss(const Item& item, std::uint32_t weight, const std::string& cause,
+            const std::string& where);
   void fail(Job& job, const std::string& why);
   void fail_all(const std::string& why, std::optional<std::uint32_t> experiment = {});
 

@@ -247,11 +247,14 @@ class Child {
       const int signal = WTERMSIG(status);
       death.cause = signal_name(signal);
       if (is_crash(signal)) death.kind = Death::Kind::fault;
-      if (signal == SIGKILL && hung_)
+      if (signal == SIGKILL && hung_) {
+        death.kind = Death::Kind::exhausted;
         death.cause = "no step of the simulation in " + seconds_text(watchdog_seconds);
+      }
     } else if (WEXITSTATUS(status) == evaluator_spent) {
       death.kind = Death::Kind::spent;
     } else if (WEXITSTATUS(status) == evaluator_no_memory) {
+      death.kind = Death::Kind::exhausted;
       death.cause = "out of memory";
     } else {
       // Somebody called exit.

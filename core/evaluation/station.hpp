@@ -17,11 +17,12 @@ namespace somas::evaluation {
 /// How an evaluator ended.
 struct Death {
   enum class Kind : std::uint8_t {
-    fault,    ///< a plugin crashed it
-    machine,  ///< killed, out of memory, no progress: nobody's fault
-    spent,    ///< it ended itself after a plugin threw
+    fault,      ///< a plugin crashed it
+    killed,     ///< by somebody else
+    exhausted,  ///< no memory, or no progress
+    spent,      ///< it ended itself after a plugin threw
   };
-  Kind kind = Kind::machine;
+  Kind kind = Kind::killed;
   std::string cause;                    ///< "SIGSEGV", "out of memory"
   std::string plugin;                   ///< instance and call; empty: in none
   std::optional<std::uint64_t> step{};  ///< of the simulation

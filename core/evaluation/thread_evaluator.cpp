@@ -111,7 +111,8 @@ void wait(Batch& batch, const ResultCallback& callback) {
   try {
     std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {
-    throw EvaluatorsLost("a simulation ran out of memory");
+    throw EvaluatorsLost(
+        "a simulation ran out of memory; finished work is saved, and the run can be resumed");
   }
 }
 

@@ -33,6 +33,7 @@ struct Individual {
   model::Genome genome;
   std::vector<double> trials;  ///< fitness of each trial, empty before the evaluation
   double fitness = 0;          ///< mean over the trials
+  double cost = 0;             ///< cell steps of its trials; before the evaluation, of its parents'
   bool set_aside = false;      ///< plugins failed in a trial: ranks below all others
 };
 

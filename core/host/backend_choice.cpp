@@ -7,15 +7,18 @@ namespace somas::host {
 
 std::unique_ptr<evaluation::Backend> make_backend(const BackendChoice& choice,
                                                   run::Terminal& terminal) {
-  if (choice.threads != 0) return evaluation::thread_backend(choice.threads);
-  if (choice.backend == "threads") return evaluation::thread_backend(choice.workers);
+  evaluation::Cluster* cluster = evaluation::Cluster::present();
+  if (choice.threads != 0 || choice.backend == "threads") {
+    if (cluster != nullptr && cluster->size() > 1)
+      terminal.line("warning: threads are of rank 0; the other ranks have nothing to do");
+    return evaluation::thread_backend(choice.threads != 0 ? choice.threads : choice.workers);
+  }
   evaluation::PoolOptions options;
   options.workers = choice.workers;
   options.memory_mib = choice.memory_mib;
   options.watchdog_seconds = static_cast<double>(choice.watchdog_seconds);
   options.warn = [&terminal](const std::string& text) { terminal.line("warning: " + text); };
-  if (evaluation::Cluster* cluster = evaluation::Cluster::present())
-    return cluster->backend(options);
+  if (cluster != nullptr) return cluster->backend(options);
   return std::make_unique<evaluation::Pool>(options);
 }
 

@@ -182,7 +182,8 @@ class Run {
     record.evaluations = results.size();
     for (std::size_t i = 0; i < members.size(); ++i) {
       std::vector<double> trials;
-      for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
+      members[i].cost = 0;
+    for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
         const Contest::Part part = contest_->part(population, i, trial);
         const evaluation::Row& row = results[part.match].rows[part.seat];
         trials.push_back(row.score);
@@ -190,6 +191,7 @@ class Run {
         record.censored += row.outcome.censored ? 1 : 0;
         record.refused_divisions += row.outcome.refused_divisions;
         record.cell_steps += row.outcome.cell_steps;
+        members[i].cost += row.outcome.cell_steps;
       }
       evolution::assign_fitness(members[i], std::move(trials));
       if (settings_.mode != evolution::Mode::solo)

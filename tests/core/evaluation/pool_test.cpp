@@ -228,6 +228,29 @@ TEST(Pool, ATaskThatFailsOnceIsTriedAgainInAFreshProcess) {
   }
 }
 
+TEST(Pool, CrashesInOneExperimentHurtNoOther) {
+  for (const char* kind : {"throw", "segfault"}) {
+    const experiment::Experiment sound = faulty_experiment(),
+                                 faulty =
+                                     faulty_experiment("cells: 2, fault: " + std::string(kind));
+    const Work good(sound, 40), bad(faulty, 40);
+    PoolOptions with = options(1);
+    with.warn = [](const std::string& text) { ADD_FAILURE() << text; };
+    Pool pool(with);
+    std::vector<Result> results, others;
+    {
+      std::jthread other(
+          [&] { others = pool.evaluator(faulty)->evaluate(bad.tasks(), {}, {}).value(); });
+      results = pool.evaluator(sound)->evaluate(good.tasks(), {}, {}).value();
+    }
+    const std::vector<Result> expected = by_threads(sound, good);
+    for (std::size_t i = 0; i < results.size(); ++i)
+      EXPECT_TRUE(same(results[i], expected[i])) << i;
+    EXPECT_TRUE(std::any_of(others.begin(), others.end(),
+                            [](const Result& result) { return result.failure.has_value(); }));
+  }
+}
+
 TEST(Pool, APluginThatAlwaysCrashesIsNamed) {
   const experiment::Experiment experiment = faulty_experiment("fault: segfault, step: 0");
   try {

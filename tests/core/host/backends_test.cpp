@@ -138,6 +138,13 @@ TEST_F(Backends, ACrashInVariationNamesThePlugin) {
   EXPECT_TRUE(fs::exists(path("a/champions/gen-0000.json")));
 }
 
+TEST_F(Backends, AnExceptionInVariationNamesThePlugin) {
+  write("fault: none", "faulty_controller, fault: throw");
+  EXPECT_EQ(host({"--workers", "1", "--out", "a"}), 3);
+  EXPECT_THAT(err_, HasSubstr("generation 1: controller: mutate: as was asked for"));
+  EXPECT_TRUE(fs::exists(path("a/champions/gen-0000.json")));
+}
+
 TEST_F(Backends, ACrashByThreadsNamesThePluginToo) {
   write("fault: abort, cells: 2");
   EXPECT_EQ(host({"--threads", "2", "--out", "a"}), 3);

@@ -92,6 +92,9 @@ class Mpi : public testing::Test {
                                       "--mca",
                                       "plm",
                                       "isolated",
+                                      "--mca",
+                                      "btl_vader_single_copy_mechanism",
+                                      "none",
                                       "-np",
                                       std::to_string(ranks)};
     if (::getuid() == 0) words.insert(words.begin() + 1, "--allow-run-as-root");
