@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ struct ReplayOptions {
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step
+  /// Hears whose life it will be, before the first step.
+  std::function<void(const Champion&)> prelude = {};
   /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from
   /// there on, and must leave the vocabulary of the world and the genome's fit as they are.
   std::optional<std::uint64_t> from_step;
