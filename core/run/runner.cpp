@@ -183,7 +183,7 @@ class Run {
     for (std::size_t i = 0; i < members.size(); ++i) {
       std::vector<double> trials;
       members[i].cost = 0;
-    for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
+      for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
         const Contest::Part part = contest_->part(population, i, trial);
         const evaluation::Row& row = results[part.match].rows[part.seat];
         trials.push_back(row.score);
