@@ -32,6 +32,15 @@ struct CoreValues {
 /// Keys at the top level that core_keys() does not describe: files, and the plugins' blocks.
 [[nodiscard]] const std::vector<std::string>& other_keys();
 
+/// The same, described.
+struct OtherKey {
+  const char* name;
+  const char* type;
+  const char* fallback;
+  const char* doc;
+};
+[[nodiscard]] std::span<const OtherKey> other_keys_described();
+
 /// Every key of an experiment file but the plugins' own, as Markdown.
 [[nodiscard]] std::string keys_reference();
 

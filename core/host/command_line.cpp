@@ -19,8 +19,8 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {"run",    "validate", "plugins", "describe",
-                                                "replay", "compete",  "render",  "movie"};
+const std::vector<std::string> command_names = {
+    "run", "validate", "plugins", "describe", "schema", "replay", "compete", "render", "movie"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -53,6 +53,7 @@ struct Options {
   ValidateCommand validate;
   PluginsCommand plugins;
   DescribeCommand describe;
+  SchemaCommand schema;
   ReplayCommand replay;
   CompeteCommand compete;
   RenderCommand render;
@@ -168,6 +169,13 @@ void add_describe(CLI::App& parser, Options& options) {
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"text", "yaml", "markdown"}).description(""));
   add_plugin_path(app, describe.plugin_path);
+}
+
+void add_schema(CLI::App& parser, Options& options) {
+  CLI::App& app = *parser.add_subcommand(
+      "schema", "Print a JSON Schema of experiment files and all plugins found, for editors");
+  app.add_option("--out", options.schema.out, "Write it to this file")->type_name("FILE");
+  add_plugin_path(app, options.schema.plugin_path);
 }
 
 void add_moments(CLI::App& app, Options& options) {
@@ -387,6 +395,7 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("validate")) return options.validate;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
+  if (parser.got_subcommand("schema")) return options.schema;
   options.replay.save = options.save_option->count() > 0;
   if (options.replay.save && !options.save_state.empty())
     options.replay.save_state = options.save_state;
@@ -409,6 +418,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_validate(parser, options);
   add_plugins(parser, options);
   add_describe(parser, options);
+  add_schema(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);
   add_render(parser, options.render);

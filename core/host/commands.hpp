@@ -45,6 +45,12 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// somas-host schema
+struct SchemaCommand {
+  std::vector<std::filesystem::path> plugin_path;
+  std::optional<std::filesystem::path> out;
+};
+
 /// replay --picture FILE
 struct PictureCommand {
   std::optional<std::filesystem::path> file;
@@ -123,13 +129,15 @@ struct Done {
   int exit_code = 0;
 };
 
-using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
-                             ReplayCommand, CompeteCommand, RenderCommand, MovieCommand>;
+using Command =
+    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, SchemaCommand,
+                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
+int execute(const SchemaCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
 int execute(const RenderCommand& command, run::Terminal& terminal);
