@@ -28,6 +28,7 @@ struct Organism {
 struct Task {
   std::vector<Organism> roster;
   std::uint64_t seed = 0;
+  double predicted_cost = 0;  ///< in any unit; costlier ones begin first. Never reaches results
 };
 
 /// What became of one organism of a task.
@@ -50,18 +51,15 @@ struct Result {
   std::optional<Failure> failure{};
 };
 
-/// A task that could not be evaluated.
-class EvaluationError : public std::runtime_error {
- public:
-  /// `of_plugin`: a plugin failed; otherwise the fault is the host's own.
-  EvaluationError(std::size_t task, bool of_plugin, const std::string& what)
-      : std::runtime_error(what), task_(task), of_plugin_(of_plugin) {}
-  [[nodiscard]] std::size_t task() const { return task_; }
-  [[nodiscard]] bool of_plugin() const { return of_plugin_; }
+/// How often a task is tried whose plugins fail, before it is set aside.
+inline constexpr std::uint32_t most_attempts = 3;
 
- private:
-  std::size_t task_;
-  bool of_plugin_;
+/// The work cannot go on, and no plugin is known to be at fault: evaluators were killed, memory ran
+/// out, a simulation made no progress, a machine is lost. Nothing is decided about any genome; what
+/// was finished stays finished.
+class EvaluatorsLost : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// Called by the thread that called `evaluate`, once per finished task, in the order of finishing.
@@ -71,9 +69,9 @@ using ResultCallback = std::function<void(std::size_t task, const Result& result
 class Evaluator {
  public:
   virtual ~Evaluator() = default;
-  /// A result per task, in the order of the tasks; nothing if `stop` ended the work early. Throws
-  /// the EvaluationError of the first task (in their order) that failed. May be called by several
-  /// threads at a time.
+  /// A result per task, in the order of the tasks; nothing if `stop` ended the work early. A task
+  /// whose plugins fail `most_attempts` times gets a result that says so. Throws EvaluatorsLost.
+  /// May be called by several threads at a time.
   [[nodiscard]] virtual std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) = 0;
 };

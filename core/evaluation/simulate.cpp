@@ -1,8 +1,13 @@
 #include "core/evaluation/simulate.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <exception>
+#include <new>
 #include <string>
+#include <string_view>
+
+#include "core/model/call_site.hpp"
 
 namespace somas::evaluation {
 namespace {
@@ -11,7 +16,10 @@ namespace {
 double score_of(const Fitness& fitness, const Outcome& outcome) {
   double score = 0;
   try {
+    const model::PluginCall here("fitness", "score");
     score = fitness.score(outcome);
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
     throw model::PluginFailure("fitness", "score", error.what());
   } catch (...) {
@@ -29,6 +37,7 @@ bool run(model::Simulation& simulation, StopToken stop, const StepObserver& obse
   bool more = true;
   while (more) {
     if (stop.stop_requested()) return false;
+    model::note_progress();
     const std::uint64_t before = simulation.steps_done();
     more = simulation.step();
     if (observe && simulation.steps_done() != before) observe(simulation);
@@ -36,7 +45,49 @@ bool run(model::Simulation& simulation, StopToken stop, const StepObserver& obse
   return true;
 }
 
+Result failed(const Task& task, Failure failure) {
+  Result result;
+  result.rows.resize(task.roster.size());
+  failure.attempts = 1;
+  result.failure = std::move(failure);
+  return result;
+}
+
+// The call of a failure ends in " at step N" within a simulation.
+Failure failure_of(const model::PluginFailure& error) {
+  constexpr std::string_view before_step = " at step ";
+  std::string_view what = error.what();
+  const std::string prefix = error.instance() + ": " + error.call() + ": ";
+  if (what.starts_with(prefix)) what.remove_prefix(prefix.size());
+
+  Failure failure{.cause = std::string(what), .plugin = error.instance(), .step = {}};
+  std::string_view call = error.call();
+  const std::size_t place = call.rfind(before_step);
+  std::uint64_t step = 0;
+  if (place != std::string_view::npos) {
+    const std::string_view digits = call.substr(place + before_step.size());
+    if (std::from_chars(digits.data(), digits.data() + digits.size(), step).ec == std::errc{})
+      failure.step = step;
+    call = call.substr(0, place);
+  }
+  failure.plugin += ": " + std::string(call);
+  return failure;
+}
+
 }  // namespace
+
+std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& task, StopToken stop) {
+  try {
+    return simulate(ecosystem, task, stop);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const model::PluginFailure& error) {
+    return failed(task, failure_of(error));
+  } catch (const std::exception& error) {
+    // A tree that evolved into one that cannot be, for example.
+    return failed(task, {.cause = error.what(), .plugin = {}, .step = {}});
+  }
+}
 
 std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
                                const StepObserver& observe, model::Witness* witness) {

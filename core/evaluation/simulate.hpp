@@ -19,7 +19,12 @@ using StepObserver = std::function<void(const model::Simulation&)>;
                                              StopToken stop = {}, const StepObserver& observe = {},
                                              model::Witness* witness = nullptr);
 
-/// The same from where `simulation` is now.
+/// As simulate, but what a plugin throws (std::bad_alloc apart, which is the machine's fault) makes
+/// a failed result of one attempt.
+[[nodiscard]] std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& task,
+                                            StopToken stop = {});
+
+/// The same as simulate from where `simulation` is now.
 [[nodiscard]] std::optional<Result> complete(model::Simulation& simulation, StopToken stop = {},
                                              const StepObserver& observe = {});
 

@@ -5,8 +5,12 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <new>
+#include <numeric>
 #include <thread>
 
+#include "core/evaluation/backend.hpp"
+#include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/simulate.hpp"
 
 namespace somas::evaluation {
@@ -18,17 +22,15 @@ struct Batch {
       : ecosystem(the_ecosystem),
         tasks(the_tasks),
         stop(the_stop),
-        results(the_tasks.size()),
-        errors(the_tasks.size()),
-        first_failure(the_tasks.size()) {}
+        order(longest_first(the_tasks)),
+        results(the_tasks.size()) {}
 
   const model::Ecosystem& ecosystem;
   std::span<const Task> tasks;
   StopToken stop;
+  std::vector<std::size_t> order;
   std::vector<Result> results;
-  std::vector<std::exception_ptr> errors;
   std::atomic<std::size_t> next{0};
-  std::atomic<std::size_t> first_failure;  ///< lowest index that failed so far
   std::atomic<bool> stopped{false};
   std::atomic<bool> abandoned{false};  ///< nobody waits for the rest
 
@@ -36,17 +38,23 @@ struct Batch {
   std::condition_variable news;
   std::vector<std::size_t> finished;  ///< and not handed on yet
   unsigned running = 0;
+  std::exception_ptr error;  ///< the first that came
 };
 
-void lower(std::atomic<std::size_t>& value, std::size_t to) {
-  std::size_t seen = value.load();
-  while (to < seen && !value.compare_exchange_weak(seen, to)) {
+// A task that fails is tried again, as everywhere; here in the same process, for want of another.
+std::optional<Result> evaluate_patiently(const Batch& batch, const Task& task) {
+  std::optional<Result> result;
+  for (std::uint32_t attempts = 1; attempts <= most_attempts; ++attempts) {
+    result = attempt(batch.ecosystem, task, batch.stop);
+    if (!result || !result->failure) break;
+    result->failure->attempts = attempts;
   }
+  return result;
 }
 
 void evaluate_one(Batch& batch, std::size_t index) {
   try {
-    std::optional<Result> result = simulate(batch.ecosystem, batch.tasks[index], batch.stop);
+    std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index]);
     if (!result) {
       batch.stopped = true;
       return;
@@ -56,18 +64,18 @@ void evaluate_one(Batch& batch, std::size_t index) {
     batch.finished.push_back(index);
     batch.news.notify_one();
   } catch (...) {
-    batch.errors[index] = std::current_exception();
-    lower(batch.first_failure, index);
+    batch.abandoned = true;
+    const std::scoped_lock lock(batch.mutex);
+    if (!batch.error) batch.error = std::current_exception();
   }
 }
 
 void work(Batch& batch) {
-  // Tasks are handed out in ascending order and taken ones are finished: whatever the number of
-  // threads, the lowest task that fails is among the finished.
+  const WatchedThread watched;
   while (!batch.stop.stop_requested() && !batch.abandoned) {
     const std::size_t index = batch.next++;
-    if (index >= batch.tasks.size() || index > batch.first_failure.load()) break;
-    evaluate_one(batch, index);
+    if (index >= batch.order.size()) break;
+    evaluate_one(batch, batch.order[index]);
   }
   if (batch.stop.stop_requested()) batch.stopped = true;
   const std::scoped_lock lock(batch.mutex);
@@ -99,22 +107,25 @@ void wait(Batch& batch, const ResultCallback& callback) {
   }
 }
 
-[[noreturn]] void rethrow(const std::exception_ptr& error, std::size_t task) {
+[[noreturn]] void rethrow(const std::exception_ptr& error) {
   try {
     std::rethrow_exception(error);
-  } catch (const model::PluginFailure& failure) {
-    throw EvaluationError(task, true, failure.what());
-  } catch (const ParameterError& failure) {
-    // A tree that evolved into one that cannot be.
-    throw EvaluationError(task, true, failure.what());
-  } catch (const std::exception& failure) {
-    throw EvaluationError(task, false, failure.what());
-  } catch (...) {
-    throw EvaluationError(task, false, "an exception that is no std::exception");
+  } catch (const std::bad_alloc&) {
+    throw EvaluatorsLost(
+        "a simulation ran out of memory; finished work is saved, and the run can be resumed");
   }
 }
 
 }  // namespace
+
+std::vector<std::size_t> longest_first(std::span<const Task> tasks) {
+  std::vector<std::size_t> order(tasks.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return tasks[a].predicted_cost > tasks[b].predicted_cost;
+  });
+  return order;
+}
 
 ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads)
     : ecosystem_(ecosystem),
@@ -133,11 +144,34 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
     wait(batch, finished);
   }
 
-  // A failure that is known is told, even when a stop came after it.
-  if (const std::size_t failed = batch.first_failure; failed < tasks.size())
-    rethrow(batch.errors[failed], failed);
+  if (batch.error) rethrow(batch.error);
   if (batch.stopped) return std::nullopt;
   return std::move(batch.results);
+}
+
+namespace {
+
+class ThreadBackend final : public Backend {
+ public:
+  explicit ThreadBackend(unsigned workers)
+      : workers_(workers != 0 ? workers : std::max(1u, std::thread::hardware_concurrency())) {}
+  [[nodiscard]] std::unique_ptr<Evaluator> evaluator(
+      const experiment::Experiment& experiment) override {
+    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_);
+  }
+  [[nodiscard]] unsigned workers() const override { return workers_; }
+  [[nodiscard]] std::string description() const override {
+    return std::to_string(workers_) + (workers_ == 1 ? " thread" : " threads");
+  }
+
+ private:
+  unsigned workers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> thread_backend(unsigned workers) {
+  return std::make_unique<ThreadBackend>(workers);
 }
 
 }  // namespace somas::evaluation

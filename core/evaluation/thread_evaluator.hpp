@@ -5,7 +5,10 @@
 
 namespace somas::evaluation {
 
-/// Workers take tasks in ascending order and write each result to its own place, so the number of
+/// Indices of tasks by descending predicted cost, equal ones in their order.
+[[nodiscard]] std::vector<std::size_t> longest_first(std::span<const Task> tasks);
+
+/// Workers take tasks, costliest first, and write each result to its own place, so the number of
 /// threads never reaches the results. The calling thread only waits and hands on what is finished.
 class ThreadEvaluator final : public Evaluator {
  public:

@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "core/model/call_site.hpp"
+
 namespace somas::evolution {
 namespace {
 
@@ -13,6 +15,7 @@ const Layout no_ports{};
 /// Calls into a plugin; what it throws is named after the part and the call.
 template <class Call>
 auto guarded(const char* part, const char* name, const Call& call) {
+  const model::PluginCall here(part, name);
   try {
     return call();
   } catch (const model::PluginFailure&) {

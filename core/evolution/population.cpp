@@ -1,5 +1,6 @@
 #include "core/evolution/population.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -24,6 +25,16 @@ void assign_fitness(Individual& individual, std::vector<double> trials) {
   for (const double score : trials) sum += score;
   individual.fitness = trials.empty() ? 0 : sum / static_cast<double>(trials.size());
   individual.trials = std::move(trials);
+}
+
+void assign_worst_fitness(Population& population) {
+  std::optional<double> worst;
+  for (const Individual& individual : population)
+    if (!individual.set_aside)
+      worst = std::min(worst.value_or(individual.fitness), individual.fitness);
+  for (Individual& individual : population)
+    if (individual.set_aside)
+      assign_fitness(individual, std::vector<double>(individual.trials.size(), worst.value_or(0)));
 }
 
 }  // namespace somas::evolution

@@ -33,6 +33,8 @@ struct Individual {
   model::Genome genome;
   std::vector<double> trials;  ///< fitness of each trial, empty before the evaluation
   double fitness = 0;          ///< mean over the trials
+  double cost = 0;             ///< cell steps of its trials; before the evaluation, of its parents'
+  bool set_aside = false;      ///< plugins failed in a trial: ranks below all others
 };
 
 /// In the order of birth; the index decides the last ties.
@@ -40,5 +42,10 @@ using Population = std::vector<Individual>;
 
 /// Sets trials and their mean (summed in the order of the trials).
 void assign_fitness(Individual& individual, std::vector<double> trials);
+
+/// Gives those that were set aside the worst fitness, in all trials: the lowest of those that were
+/// not, or 0 if there are none. So it is finite, and no better for a failure than for an honest
+/// life.
+void assign_worst_fitness(Population& population);
 
 }  // namespace somas::evolution

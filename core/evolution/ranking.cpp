@@ -24,6 +24,7 @@ std::vector<std::size_t> rank(std::span<const Individual> population) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     const Individual &first = population[a], &second = population[b];
+    if (first.set_aside != second.set_aside) return second.set_aside;
     if (first.fitness != second.fitness) return first.fitness > second.fitness;
     const std::size_t length = first.genome.length(), other = second.genome.length();
     return length != other ? length < other : a < b;

@@ -9,7 +9,8 @@
 
 namespace somas::evolution {
 
-/// Indices of an evaluated population, best first: higher fitness, then shorter genome, then index.
+/// Indices of an evaluated population, best first: those that were not set aside, higher fitness,
+/// shorter genome, index.
 [[nodiscard]] std::vector<std::size_t> rank(std::span<const Individual> population);
 
 /// Quartiles interpolate linearly between order statistics (R's type 7).

@@ -24,6 +24,7 @@ Individual elite_of(const Individual& parent) {
   child.origin = Operator::elite;
   child.parents = {parent.id};
   child.genome = parent.genome;
+  child.cost = parent.cost;
   return child;
 }
 
@@ -40,6 +41,7 @@ Individual child_of(const Settings& settings, const Heredity& heredity,
   child.origin = origin_of(second != first, mutated);
   child.parents = {parents[first].id};
   if (second != first) child.parents.push_back(parents[second].id);
+  child.cost = (parents[first].cost + parents[second].cost) / 2;
 
   child.genome = second == first
                      ? parents[first].genome

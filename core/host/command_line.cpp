@@ -96,6 +96,33 @@ void add_file(CLI::App& app, std::filesystem::path& file) {
   app.add_option("FILE", file, "The experiment (YAML)")->type_name("")->required();
 }
 
+void add_backend(CLI::App& app, BackendChoice& choice) {
+  CLI::Option* backend =
+      app.add_option("--backend", choice.backend,
+                     "Who evaluates: processes (default), which a plugin that crashes cannot take "
+                     "along; or threads of this one. Never changes results")
+          ->type_name("KIND")
+          ->check(CLI::IsMember({"processes", "threads"}).description(""));
+  CLI::Option* workers =
+      app.add_option("--workers", choice.workers, "How many of them; default: one per processor")
+          ->type_name("N")
+          ->check(whole_number(1, 4096));
+  app.add_option("--threads", choice.threads, "The same as --backend threads --workers N")
+      ->type_name("N")
+      ->check(whole_number(1, 4096))
+      ->excludes(backend)
+      ->excludes(workers);
+  app.add_option("--evaluator-memory", choice.memory_mib,
+                 "Most memory of an evaluator process, in MiB; default: no limit")
+      ->type_name("MIB")
+      ->check(whole_number(64, 1u << 30));
+  app.add_option("--watchdog", choice.watchdog_seconds,
+                 "Seconds without a step of the simulation after which an evaluator process is "
+                 "replaced; default 600")
+      ->type_name("S")
+      ->check(whole_number(1, 1'000'000));
+}
+
 void add_run(CLI::App& parser, Options& options) {
   RunCommand& run = options.run;
   CLI::App& app = *parser.add_subcommand("run", "Run an experiment; the word may be left out");
@@ -120,10 +147,7 @@ void add_run(CLI::App& parser, Options& options) {
                  "record.what=...)")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"champions", "all", "none"}).description(""));
-  app.add_option("--threads", run.threads,
-                 "Threads that evaluate; default: one per processor. Never changes results")
-      ->type_name("N")
-      ->check(whole_number(1, 4096));
+  add_backend(app, run.backend);
   app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, run.plugin_path);
 }

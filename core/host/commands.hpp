@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/host/backend_choice.hpp"
 #include "core/run/terminal.hpp"
 
 namespace somas::host {
@@ -19,7 +20,7 @@ struct RunCommand {
   std::vector<std::filesystem::path> plugin_path;
   std::optional<std::filesystem::path> out;
   std::vector<std::filesystem::path> genomes;
-  unsigned threads = 0;
+  BackendChoice backend;
   bool quiet = false;
   std::vector<std::string> command_line;
 };

@@ -10,6 +10,7 @@ enum ExitCode : int {
   exit_plugin_failed = 3,
   exit_not_reproduced = 4,
   exit_cannot_write = 5,
+  exit_evaluators_lost = 6,
   exit_hung_up = 129,
   exit_interrupted = 130,
   exit_terminated = 143,
@@ -24,6 +25,7 @@ inline constexpr const char* exit_code_help =
     "  3    a plugin failed while the experiment ran\n"
     "  4    a replay does not reproduce its record\n"
     "  5    results cannot be written (disk full, no permission)\n"
+    "  6    evaluators were lost (killed, out of memory, no progress); finished work is saved\n"
     "  129  hung up (SIGHUP, the terminal closed); all finished generations are saved\n"
     "  130  interrupted (Ctrl-C); all finished generations are saved\n"
     "  143  terminated (SIGTERM); all finished generations are saved\n";

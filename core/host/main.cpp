@@ -4,10 +4,15 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "core/evaluation/cluster.hpp"
+#include "core/evaluation/crash_report.hpp"
+#include "core/evaluation/evaluator.hpp"
+#include "core/evaluation/evaluator_process.hpp"
 #include "core/experiment/experiment.hpp"
 #include "core/host/command_line.hpp"
 #include "core/host/commands.hpp"
@@ -47,6 +52,8 @@ int guarded_main(const std::vector<std::string>& arguments, run::Terminal& termi
     return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const run::WriteError& error) {
     return complain(terminal, error.what(), exit_cannot_write);
+  } catch (const evaluation::EvaluatorsLost& error) {
+    return complain(terminal, error.what(), exit_evaluators_lost);
   } catch (const std::bad_alloc&) {
     return complain(terminal, "not enough memory for this experiment", exit_internal_error);
   } catch (const std::exception& error) {
@@ -65,8 +72,38 @@ void print(const std::string& text) {
 
 }  // namespace somas::host
 
+namespace {
+
+// Rank 0 does what the command line says; the others serve it.
+int cluster_main(const std::vector<std::string>& arguments, somas::run::Terminal& terminal) {
+  std::optional<somas::evaluation::Cluster> cluster;
+  try {
+    cluster.emplace();
+  } catch (const std::exception& error) {
+    // Once is enough.
+    if (somas::evaluation::Cluster::expected_rank() == 0)
+      somas::host::complain(terminal, error.what(), somas::host::exit_bad_input);
+    return somas::host::exit_bad_input;
+  }
+  if (cluster->rank() > 0) {
+    cluster->supervise();
+    return somas::host::exit_ok;
+  }
+  const int exit_code = somas::host::guarded_main(arguments, terminal);
+  cluster->end(exit_code);
+  return exit_code;
+}
+
+}  // namespace
+
 int main(int count, char** words) {
+  const std::vector<std::string> arguments(words + (count > 0 ? 1 : 0), words + count);
+  if (!arguments.empty() && arguments.front() == somas::evaluation::evaluator_command)
+    somas::evaluation::serve_evaluations({arguments.begin() + 1, arguments.end()});
+  somas::evaluation::report_crashes(somas::host::exit_plugin_failed);
+  const somas::evaluation::WatchedThread watched;
   somas::run::Terminal terminal(stderr);
   somas::host::log_to(terminal);
-  return somas::host::guarded_main({words + (count > 0 ? 1 : 0), words + count}, terminal);
+  if (somas::evaluation::Cluster::launched()) return cluster_main(arguments, terminal);
+  return somas::host::guarded_main(arguments, terminal);
 }

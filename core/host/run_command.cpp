@@ -33,10 +33,11 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
 
+  const auto backend = make_backend(command.backend, terminal);
   run::RunOptions options;
   options.file = command.file;
   options.out = command.out;
-  options.threads = command.threads;
+  options.backend = backend.get();
   options.quiet = command.quiet;
   options.genomes = command.genomes;
   options.plugin_path = command.plugin_path;

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/model/call_site.hpp"
+
 namespace somas::model {
 
 namespace {
@@ -10,6 +12,7 @@ namespace {
 /// Calls into a plugin; whatever it throws leaves as an error that names instance and call.
 template <class Call>
 decltype(auto) guarded(const std::string& instance, const char* call, Call&& body) {
+  const PluginCall here(instance, call);
   try {
     return body();
   } catch (const ParameterError& error) {

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "core/model/call_site.hpp"
+
 namespace somas::model {
 
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
@@ -176,6 +178,7 @@ void Simulation::control() {
 }
 
 void Simulation::run_program(const Program& program, const Batch& batch) const {
+  const PluginCall here("controller", "step", state_.step);
   try {
     // Founders settle on their first inputs before their first step.
     if (state_.step == 0) {

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/model/call_site.hpp"
+
 namespace somas::model {
 
 namespace {
@@ -19,6 +21,7 @@ constexpr std::uint64_t world_stream = ~std::uint64_t{0};
 template <class Call>
 void WorldView::guarded(const std::string& instance, const char* call, Call&& body) {
   const auto where = [&] { return std::string(call) + " at step " + std::to_string(state_.step); };
+  const PluginCall here(instance, call, state_.step);
   try {
     body();
   } catch (const std::bad_alloc&) {

@@ -96,14 +96,12 @@ CompeteReport compete(const experiment::Experiment& experiment, const CompeteOpt
   }
 
   evaluation::ThreadEvaluator evaluator(*experiment.ecosystem, options.threads);
-  try {
-    std::vector<evaluation::Result> results = *evaluator.evaluate(tasks, {}, {});
-    for (std::uint32_t w = 0; w < options.seeds; ++w)
-      report.bouts.push_back({tasks[w].seed, std::move(results[w].rows)});
-  } catch (const evaluation::EvaluationError& error) {
-    const std::string text = "world " + std::to_string(error.task()) + ": " + error.what();
-    if (error.of_plugin()) throw PluginError(text);
-    throw std::runtime_error(text);
+  std::vector<evaluation::Result> results = *evaluator.evaluate(tasks, {}, {});
+  for (std::uint32_t w = 0; w < options.seeds; ++w) {
+    if (const auto& failure = results[w].failure)
+      throw PluginError("world " + std::to_string(w) + ": " + failure->plugin + ": " +
+                        failure->cause);
+    report.bouts.push_back({tasks[w].seed, std::move(results[w].rows)});
   }
   return report;
 }

@@ -41,8 +41,11 @@ std::vector<evaluation::Task> Contest::tasks() const {
   for (const evolution::Match& match : matches_) {
     evaluation::Task& task = tasks.emplace_back();
     task.seed = match.seed;
-    for (const evolution::Seat& seat : match.seats)
+    for (const evolution::Seat& seat : match.seats) {
       task.roster.push_back({&genome_of(seat), seat.key, seat.x, seat.y});
+      if (seat.source != evolution::Source::hall)
+        task.predicted_cost += populations_[static_cast<std::size_t>(seat.source)][seat.index].cost;
+    }
   }
   return tasks;
 }

@@ -1,9 +1,10 @@
 #include "core/run/runner.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <utility>
 
-#include "core/evaluation/thread_evaluator.hpp"
 #include "core/evolution/reproduction.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/run/contest.hpp"
@@ -36,7 +37,9 @@ class Run {
         settings_(experiment.evolution),
         ecosystem_(*experiment.ecosystem),
         heredity_(ecosystem_),
-        evaluator_(ecosystem_, options.threads),
+        own_backend_(options.backend ? nullptr : evaluation::thread_backend(options.threads)),
+        backend_(options.backend ? *options.backend : *own_backend_),
+        evaluator_(backend_.evaluator(experiment)),
         stop_(stop) {
     // Whatever can be wrong with the input shows before a directory is made.
     const std::vector<GivenGenome> given = read_genomes(options.genomes);
@@ -62,7 +65,7 @@ class Run {
     if (options.quiet) return;
     terminal.line("run " + path.string() + ": " + plural(settings_.generations, "generation") +
                   " of " + std::to_string(settings_.population) + ", seed " +
-                  std::to_string(experiment.seed) + ", " + plural(evaluator_.threads(), "thread"));
+                  std::to_string(experiment.seed) + ", " + backend_.description());
     progress_.emplace(terminal, settings_.generations,
                       evolution::matches(settings_, experiment.seed, 0).size());
   }
@@ -107,7 +110,7 @@ class Run {
     }
 
     const std::chrono::duration<double> seconds = Clock::now() - begun;
-    directory_->commit(records, heredity_, {seconds.count(), evaluator_.threads()});
+    directory_->commit(records, heredity_, {seconds.count(), backend_.workers()});
     note(records);
     return true;
   }
@@ -132,19 +135,26 @@ class Run {
   std::optional<std::vector<evaluation::Result>> evaluate(std::uint64_t number) {
     const std::vector<evaluation::Task> tasks = contest_->tasks();
     std::uint64_t done = 0;
-    try {
-      return evaluator_.evaluate(tasks, stop_, [&](std::size_t, const evaluation::Result&) {
-        if (progress_) progress_->update(++done);
-      });
-    } catch (const evaluation::EvaluationError& error) {
-      fail(number, error);
-    }
+    auto results = evaluator_->evaluate(tasks, stop_, [&](std::size_t, const evaluation::Result&) {
+      if (progress_) progress_->update(++done);
+    });
+    if (results) refuse_if_all_failed(number, *results);
+    return results;
+  }
+
+  /// Without a life that went well there is nothing to select.
+  void refuse_if_all_failed(std::uint64_t number, const std::vector<evaluation::Result>& results) {
+    const auto failed = [](const evaluation::Result& result) { return result.failure.has_value(); };
+    if (std::all_of(results.begin(), results.end(), failed)) fail(number, 0, *results[0].failure);
   }
 
   /// Keeps the genomes that brought a plugin down, so that its author can try again.
-  [[noreturn]] void fail(std::uint64_t number, const evaluation::EvaluationError& error) {
+  [[noreturn]] void fail(std::uint64_t number, std::size_t task,
+                         const evaluation::Failure& failure) {
+    const std::string what =
+        failure.plugin.empty() ? failure.cause : failure.plugin + ": " + failure.cause;
     const std::filesystem::path file = directory_->path() / "failed-genome.json";
-    const evolution::Match& match = contest_->matches()[error.task()];
+    const evolution::Match& match = contest_->matches()[task];
     Json json;
     json["generation"] = number;
     std::string who;
@@ -153,20 +163,19 @@ class Run {
       who = "individual " + std::to_string(individual.id);
       json["id"] = individual.id;
       json["seed"] = hex64(match.seed);
-      json["error"] = error.what();
+      json["error"] = what;
       json["genome"] = genome_to_json(individual.genome, heredity_, owners_of(experiment_));
     } else {
-      who = "simulation " + std::to_string(error.task());
+      who = "simulation " + std::to_string(task);
       json["seed"] = hex64(match.seed);
-      json["error"] = error.what();
-      json["roster"] =
-          roster_to_json(contest_->roster(error.task()), heredity_, owners_of(experiment_));
+      json["error"] = what;
+      json["roster"] = roster_to_json(contest_->roster(task), heredity_, owners_of(experiment_));
     }
     write_file(file, to_text(json));
-    const std::string text = "generation " + std::to_string(number) + ", " + who + ": " +
-                             error.what() + " (genome saved in " + file.string() + ")";
-    if (error.of_plugin()) throw PluginError(text);
-    throw std::runtime_error(text);
+    const std::string text = "generation " + std::to_string(number) + ", " + who + ": " + what +
+                             "; so failed all simulations of the generation (genome saved in " +
+                             file.string() + ")";
+    throw PluginError(text);
   }
 
   void absorb(const std::vector<evaluation::Result>& results, std::size_t population,
@@ -175,18 +184,22 @@ class Run {
     record.evaluations = results.size();
     for (std::size_t i = 0; i < members.size(); ++i) {
       std::vector<double> trials;
+      members[i].cost = 0;
       for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
         const Contest::Part part = contest_->part(population, i, trial);
         const evaluation::Row& row = results[part.match].rows[part.seat];
         trials.push_back(row.score);
+        if (results[part.match].failure) members[i].set_aside = true;
         record.censored += row.outcome.censored ? 1 : 0;
         record.refused_divisions += row.outcome.refused_divisions;
         record.cell_steps += row.outcome.cell_steps;
+        members[i].cost += row.outcome.cell_steps;
       }
       evolution::assign_fitness(members[i], std::move(trials));
       if (settings_.mode != evolution::Mode::solo)
         record.opponents.push_back(contest_->opponents(population, i));
     }
+    evolution::assign_worst_fitness(members);
     record.statistics = evolution::statistics(members);
   }
 
@@ -266,7 +279,9 @@ class Run {
   const evolution::Settings& settings_;
   const model::Ecosystem& ecosystem_;
   evolution::Heredity heredity_;
-  evaluation::ThreadEvaluator evaluator_;
+  std::unique_ptr<evaluation::Backend> own_backend_;
+  evaluation::Backend& backend_;
+  std::unique_ptr<evaluation::Evaluator> evaluator_;
   evaluation::StopToken stop_;
   std::vector<model::Genome> given_;
   std::optional<RunDirectory> directory_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluation/backend.hpp"
 #include "core/evaluation/stop.hpp"
 #include "core/experiment/experiment.hpp"
 #include "core/run/terminal.hpp"
@@ -16,6 +17,7 @@ namespace somas::run {
 struct RunOptions {
   std::filesystem::path file{};                  ///< the experiment, for the manifest
   std::optional<std::filesystem::path> out{};    ///< run directory; default under runs/
+  evaluation::Backend* backend = nullptr;        ///< null: `threads` of this process
   unsigned threads = 0;                          ///< 0: one per processor
   bool quiet = false;                            ///< no progress
   std::vector<std::filesystem::path> genomes{};  ///< saved genomes that seed the first generation

@@ -15,6 +15,7 @@
 namespace somas::evaluation {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -131,36 +132,60 @@ TEST_F(Evaluation, SeveralThreadsMayEvaluateAtATime) {
   }
 }
 
-TEST_F(Evaluation, TheFirstTaskThatFailsIsNamedWhateverTheThreads) {
-  for (const std::size_t bad : {17u, 23u, 41u}) {
-    genomes_[bad].controller[0] = 255;
-    genomes_[bad].controller[1] = static_cast<std::uint8_t>(bad);
+TEST_F(Evaluation, TasksThatFailAreSetAsideAndAllOthersEvaluated) {
+  const std::vector<Result> before = evaluate(1);
+  const std::set<std::size_t> bad = {17, 23, 41};
+  for (const std::size_t i : bad) {
+    genomes_[i].controller[0] = 255;
+    genomes_[i].controller[1] = static_cast<std::uint8_t>(i);
   }
   for (const unsigned threads : {1u, 2u, 5u}) {
-    try {
-      evaluate(threads);
-      FAIL() << "no exception";
-    } catch (const EvaluationError& error) {
-      EXPECT_EQ(error.task(), 17u);
-      EXPECT_TRUE(error.of_plugin());
-      EXPECT_THAT(error.what(), HasSubstr("controller"));
-      EXPECT_THAT(error.what(), HasSubstr("express"));
-      EXPECT_THAT(error.what(), HasSubstr("poison in gene 17"));
+    const std::vector<Result> results = evaluate(threads);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      ASSERT_EQ(results[i].failure.has_value(), bad.contains(i)) << i;
+      if (!bad.contains(i)) {
+        EXPECT_TRUE(same(results[i], before[i])) << i;
+        continue;
+      }
+      ASSERT_THAT(results[i].rows, SizeIs(1));
+      EXPECT_EQ(results[i].failure->attempts, 3u);
+      EXPECT_EQ(results[i].failure->plugin, "controller: express");
+      EXPECT_EQ(results[i].failure->cause, "poison in gene " + std::to_string(i));
+      EXPECT_EQ(results[i].failure->step, std::nullopt);
     }
   }
+}
+
+TEST_F(Evaluation, AFailureWithinASimulationTellsItsStep) {
+  ecosystem_ = test::toy_ecosystem({.failing_step = 4});
+  make(1);
+  const Failure failure = evaluate(1).at(0).failure.value();
+  EXPECT_EQ(failure.plugin, "reaper: act(stress)");
+  EXPECT_EQ(failure.cause, "the scythe is blunt");
+  EXPECT_EQ(failure.step, 4u);
 }
 
 TEST_F(Evaluation, AScoreThatIsNoNumberNamesTheFitness) {
   ecosystem_ = test::toy_ecosystem({.broken_fitness = true});
   make(1);
-  try {
-    evaluate(1);
-    FAIL() << "no exception";
-  } catch (const EvaluationError& error) {
-    EXPECT_TRUE(error.of_plugin());
-    EXPECT_THAT(error.what(), HasSubstr("fitness: score"));
-    EXPECT_THAT(error.what(), HasSubstr("\"longevity\" is not a number"));
-  }
+  const Failure failure = evaluate(1).at(0).failure.value();
+  EXPECT_EQ(failure.plugin, "fitness: score");
+  EXPECT_THAT(failure.cause, HasSubstr("\"longevity\" is not a number"));
+}
+
+TEST_F(Evaluation, CostliestTasksBeginFirst) {
+  make(4);
+  const double costs[] = {2, 7, 2, 9};
+  for (std::size_t i = 0; i < 4; ++i) tasks_[i].predicted_cost = costs[i];
+  EXPECT_THAT(longest_first(tasks_), ElementsAre(3, 1, 0, 2));
+  std::vector<std::size_t> begun;
+  ThreadEvaluator evaluator(*ecosystem_, 1);
+  const auto results = evaluator.evaluate(
+      tasks_, {}, [&](std::size_t task, const Result&) { begun.push_back(task); });
+  EXPECT_THAT(begun, ElementsAre(3, 1, 0, 2));
+  for (Task& task : tasks_) task.predicted_cost = 0;
+  const std::vector<Result> unordered = evaluate(1);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(same(results->at(i), unordered[i])) << i;
 }
 
 TEST_F(Evaluation, AStopRequestEndsWithoutResults) {

@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -15,13 +16,15 @@ namespace somas::test {
 /// Every cell dies with this probability a step.
 class Reaper final : public Environment {
  public:
-  explicit Reaper(double probability) : probability_(probability) {}
+  Reaper(double probability, std::optional<std::uint64_t> failing_step)
+      : probability_(probability), failing_step_(failing_step) {}
   void declare(Declare& declare) override {
     declare.acts_in(Phase::stress);
     cause_ = declare.cause("reaped");
     purpose_ = declare.purpose("reap");
   }
   void act(Phase, World& world) const override {
+    if (world.step() == failing_step_) throw std::runtime_error("the scythe is blunt");
     for (std::uint32_t cell = 0; cell < world.cells().count; ++cell)
       if (world.rng(purpose_, world.cells().id[cell]).chance(probability_))
         world.kill(cell, cause_);
@@ -29,6 +32,7 @@ class Reaper final : public Environment {
 
  private:
   double probability_;
+  std::optional<std::uint64_t> failing_step_;
   Id cause_ = no_id, purpose_ = no_id;
 };
 
@@ -87,6 +91,7 @@ struct ToyOptions {
   double reaping = 0.05;
   bool broken_fitness = false;
   std::uint64_t max_steps = 500;
+  std::optional<std::uint64_t> failing_step{};
 };
 
 inline std::shared_ptr<const model::Ecosystem> toy_ecosystem(const ToyOptions& options = {}) {
@@ -97,7 +102,8 @@ inline std::shared_ptr<const model::Ecosystem> toy_ecosystem(const ToyOptions& o
   config.morphogens.kinds = {{0.1, 0.05}};
   return std::make_shared<const model::Ecosystem>(
       config,
-      std::vector<model::NamedEnvironment>{{"reaper", std::make_shared<Reaper>(options.reaping)}},
+      std::vector<model::NamedEnvironment>{
+          {"reaper", std::make_shared<Reaper>(options.reaping, options.failing_step)}},
       std::make_shared<OneState>(), std::make_shared<Stubborn>(),
       std::make_shared<Survival>(options.broken_fitness));
 }

@@ -32,6 +32,32 @@ TEST(Rank, CountsBothChromosomesAsLength) {
   EXPECT_THAT(rank(population), ElementsAre(0, 1));
 }
 
+TEST(Rank, PutsThoseThatWereSetAsideLast) {
+  Population population = {individual(0, 1), individual(1, 9), individual(4, 2), individual(0, 3)};
+  population[0].set_aside = population[3].set_aside = true;
+  assign_worst_fitness(population);
+  EXPECT_THAT(rank(population), ElementsAre(2, 1, 0, 3));
+}
+
+TEST(WorstFitness, IsTheLowestOfThoseThatWereNotSetAside) {
+  Population population = {individual(9, 1), individual(-3, 1), individual(5, 1)};
+  population[0].set_aside = true;
+  population[0].trials = {9, 9};
+  assign_worst_fitness(population);
+  EXPECT_EQ(population[0].fitness, -3);
+  EXPECT_THAT(population[0].trials, ElementsAre(-3, -3));
+  EXPECT_EQ(population[2].fitness, 5);
+  EXPECT_EQ(statistics(population).worst, -3);
+}
+
+TEST(WorstFitness, IsZeroWhereAllWereSetAside) {
+  Population population = {individual(9, 1)};
+  population[0].set_aside = true;
+  population[0].trials = {9};
+  assign_worst_fitness(population);
+  EXPECT_EQ(population[0].fitness, 0);
+}
+
 TEST(Statistics, InterpolatesQuartilesLinearly) {
   const Population population = {individual(4, 1), individual(1, 1), individual(3, 1),
                                  individual(2, 1)};

@@ -310,5 +310,15 @@ TEST(Heredity, NamesThePartAndTheCallThatFailed) {
   }
 }
 
+TEST_F(Reproduction, WhatAChildWillCostIsGuessedFromItsParents) {
+  Population parents = first();
+  for (Individual& parent : parents) parent.cost = static_cast<double>(parent.id);
+  for (const Individual& child : next(settings_, heredity_, parents, 1, 1)) {
+    double sum = 0;
+    for (const std::uint64_t parent : child.parents) sum += static_cast<double>(parent);
+    EXPECT_EQ(child.cost, sum / static_cast<double>(child.parents.size()));
+  }
+}
+
 }  // namespace
 }  // namespace somas::evolution

@@ -24,8 +24,12 @@ class HostProcess {
   /// grow beyond it, in bytes; 0: no limit.
   HostProcess(const std::filesystem::path& directory, std::vector<std::string> arguments,
               rlim_t limit = 0)
+      : HostProcess(Program{}, directory, with_host(std::move(arguments)), limit) {}
+  /// Another program; the first of the words is its file.
+  struct Program {};
+  HostProcess(Program, const std::filesystem::path& directory, std::vector<std::string> arguments,
+              rlim_t limit = 0)
       : out_(directory / ".stdout"), err_(directory / ".stderr") {
-    arguments.insert(arguments.begin(), SOMAS_BINARY_DIR "/bin/somas-host");
     std::vector<char*> words;
     for (std::string& argument : arguments) words.push_back(argument.data());
     words.push_back(nullptr);
@@ -48,6 +52,7 @@ class HostProcess {
   HostProcess(const HostProcess&) = delete;
   HostProcess& operator=(const HostProcess&) = delete;
 
+  [[nodiscard]] pid_t id() const { return child_; }
   void send(int signal) const { ::kill(child_, signal); }
 
   /// The exit code; 1000 + the signal's number if one killed it.
@@ -61,6 +66,11 @@ class HostProcess {
   [[nodiscard]] std::string err() const { return run::read_file(err_); }
 
  private:
+  static std::vector<std::string> with_host(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), SOMAS_BINARY_DIR "/bin/somas-host");
+    return arguments;
+  }
+
   std::filesystem::path out_, err_;
   pid_t child_ = 0;
 };

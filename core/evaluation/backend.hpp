@@ -1,0 +1,29 @@
+// Where the work of a whole command is done. Its runs, however many, share it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/evaluation/evaluator.hpp"
+#include "core/experiment/experiment.hpp"
+
+namespace somas::evaluation {
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  /// Evaluates tasks of one experiment, which must outlive it, as must this. May be called, and
+  /// what it gives used, by several threads at a time.
+  [[nodiscard]] virtual std::unique_ptr<Evaluator> evaluator(
+      const experiment::Experiment& experiment) = 0;
+  /// Simulations at a time.
+  [[nodiscard]] virtual unsigned workers() const = 0;
+  /// "2 threads", "4 evaluator processes".
+  [[nodiscard]] virtual std::string description() const = 0;
+};
+
+/// Threads of this process: nothing protects it from plugins that crash. workers = 0: one per
+/// processor.
+[[nodiscard]] std::unique_ptr<Backend> thread_backend(unsigned workers = 0);
+
+}  // namespace somas::evaluation

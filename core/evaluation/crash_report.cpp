@@ -1,0 +1,84 @@
+#include "core/evaluation/crash_report.hpp"
+
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <unistd.h>
+#include <utility>
+
+namespace somas::evaluation {
+namespace {
+
+constexpr int crashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS};
+constexpr std::size_t stack_size = std::size_t{1} << 16;
+
+int exit_code_of_crash = 3;
+
+/// A line put together without anything that a signal handler must not call.
+class Line {
+ public:
+  Line& add(const char* text) {
+    for (; *text != 0 && size_ < sizeof text_; ++text) text_[size_++] = *text;
+    return *this;
+  }
+  Line& add(std::uint64_t number) {
+    char digits[21] = "";
+    char* first = digits + 20;
+    do *--first = static_cast<char>('0' + number % 10);
+    while ((number /= 10) != 0);
+    return add(first);
+  }
+  void print() const { static_cast<void>(!::write(STDERR_FILENO, text_, size_)); }
+
+ private:
+  char text_[512];
+  std::size_t size_ = 0;
+};
+
+extern "C" void report_crash(int signal) {
+  const model::CallSite* site = model::watched_site;
+  // Not in a plugin: the default action, which SA_RESETHAND has brought back, comes next.
+  if (site == nullptr || site->instance[0] == 0) {
+    ::raise(signal);
+    return;
+  }
+  Line line;
+  line.add("\nsomas-host: SIG").add(::sigabbrev_np(signal)).add(" in ").add(site->instance);
+  line.add(": ").add(site->call);
+  if (site->step != model::CallSite::no_step) line.add(" at step ").add(site->step);
+  line.add(": the plugin crashed; what was finished before is saved\n").print();
+  ::_exit(exit_code_of_crash);
+}
+
+}  // namespace
+
+void report_crashes(int exit_code) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  // Sanitizers tell more.
+  static_cast<void>(exit_code);
+#else
+  exit_code_of_crash = exit_code;
+  struct sigaction action {};
+  action.sa_handler = report_crash;
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_ONSTACK | SA_NODEFER;
+  sigemptyset(&action.sa_mask);
+  for (const int signal : crashes) ::sigaction(signal, &action, nullptr);
+#endif
+}
+
+WatchedThread::WatchedThread() : outer_(std::exchange(model::watched_site, &site_)) {
+  stack_t present{};
+  if (::sigaltstack(nullptr, &present) != 0 || (present.ss_flags & SS_DISABLE) == 0) return;
+  stack_ = std::make_unique<char[]>(stack_size);
+  const stack_t own{.ss_sp = stack_.get(), .ss_flags = 0, .ss_size = stack_size};
+  ::sigaltstack(&own, nullptr);
+}
+
+WatchedThread::~WatchedThread() {
+  model::watched_site = outer_;
+  if (!stack_) return;
+  const stack_t none{.ss_sp = nullptr, .ss_flags = SS_DISABLE, .ss_size = 0};
+  ::sigaltstack(&none, nullptr);
+}
+
+}  // namespace somas::evaluation

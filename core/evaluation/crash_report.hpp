@@ -1,0 +1,30 @@
+// When a plugin crashes in this very process: who it was, before the end.
+#pragma once
+
+#include <memory>
+
+#include "core/model/call_site.hpp"
+
+namespace somas::evaluation {
+
+/// From here on a crash (SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS) in a plugin, called by a thread
+/// that is watched, ends the process with `exit_code` and a line on standard error that names
+/// plugin, call and step. Other crashes stay what they are.
+void report_crashes(int exit_code);
+
+/// Notes the present thread's calls into plugins while it lives. With a stack of its own for the
+/// report: the crash may be that the other one is full.
+class WatchedThread {
+ public:
+  WatchedThread();
+  ~WatchedThread();
+  WatchedThread(const WatchedThread&) = delete;
+  WatchedThread& operator=(const WatchedThread&) = delete;
+
+ private:
+  model::CallSite site_{};
+  model::CallSite* outer_;
+  std::unique_ptr<char[]> stack_;  ///< null: the thread has one already
+};
+
+}  // namespace somas::evaluation

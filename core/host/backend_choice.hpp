@@ -1,0 +1,25 @@
+// Where a command evaluates: its options, and what they make.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "core/evaluation/backend.hpp"
+#include "core/run/terminal.hpp"
+
+namespace somas::host {
+
+struct BackendChoice {
+  std::string backend = "processes";  ///< or "threads"
+  unsigned workers = 0;               ///< 0: one per processor
+  unsigned threads = 0;               ///< --threads N: backend threads, N workers
+  std::uint64_t memory_mib = 0;       ///< of an evaluator process; 0: no limit
+  std::uint64_t watchdog_seconds = 600;
+};
+
+/// Warnings go to the terminal, which must outlive it.
+[[nodiscard]] std::unique_ptr<evaluation::Backend> make_backend(const BackendChoice& choice,
+                                                                run::Terminal& terminal);
+
+}  // namespace somas::host
