@@ -483,8 +483,8 @@ TEST(EvolvedTree, AcceleratingReturnsFavourSpecialists) {
   EXPECT_EQ(values(roots, 0, 0, 5)[2], 5) << "never beyond the range of the skill";
 }
 
-// What experiments/exp1_evolved_tree.yaml says: who takes up what a division costs a step, 0.12, and
-// stores as much, has no points left to survive a particle of energy 1, whatever the division.
+// What experiments/exp1_evolved_tree.yaml says: who takes up what a division costs a step, 0.12,
+// and stores as much, has no points left to survive a particle of energy 1, whatever the division.
 TEST(EvolvedTree, WithReturnsOfFourNoStateBothFeedsItselfAndSurvivesAHit) {
   const std::vector<SkillInfo> three = {{"capacity", {}}, {"production", {}}, {"resistance", {}}};
   const EvolvedTree quartic = evolved({.budget = 20, .returns = 4}, three);
