@@ -26,6 +26,7 @@ void describe(Describe& d, model::Strangers& s);
 void describe(Describe& d, model::Config& c);
 void describe(Describe& d, evolution::Roster& r);
 void describe(Describe& d, evolution::Settings& s);
+void describe(Describe& d, RecordSettings& r);
 
 void describe(Describe& d, model::Morphogen& m) {
   d("attenuation", m.attenuation, "Share of the concentration lost per side of a square",
@@ -165,6 +166,24 @@ void describe(Describe& d, evolution::Settings& s) {
   block(d, "roster", s.roster, "Several organisms in one world, in all modes but solo");
 }
 
+void describe(Describe& d, RecordSettings& r) {
+  std::string what = r.what == Recorded::champions ? "champions"
+                     : r.what == Recorded::all     ? "all"
+                                                   : "none";
+  d.choice("what", what, {"none", "champions", "all"},
+           "Whose lives are recorded: nobody's, every generation's best, everybody's (their first "
+           "trials are simulated again, one by one)");
+  r.what = what == "champions" ? Recorded::champions
+           : what == "all"     ? Recorded::all
+                               : Recorded::none;
+  whole(d, "every", r.every, "Steps between frames; the last step always has one",
+        {.unit = "steps", .minimum = 1, .maximum = most_steps});
+  whole(d, "fields_every", r.fields_every,
+        "Frames with grids and morphogens are those of steps divisible by it; 0: all frames",
+        {.unit = "steps", .minimum = 0, .maximum = most_steps});
+  d("controller", r.controller, "Whether frames hold the inputs and outputs of the controllers");
+}
+
 void describe(Describe& d, CoreValues& v) {
   d("somas", v.format, "Version of the file format",
     {.minimum = static_cast<double>(format_version),
@@ -173,6 +192,7 @@ void describe(Describe& d, CoreValues& v) {
   d("seed", v.seed, "Seed of everything random", {.minimum = 0});
   block(d, "world", v.world, "The organisms' world");
   block(d, "evolution", v.evolution, "The genetic algorithm");
+  block(d, "record", v.record, "Recordings of lives, in the run's directory");
 }
 
 // ---- the list of keys --------------------------------------------------------------------------

@@ -90,6 +90,13 @@ struct CompeteCommand {
   std::optional<std::filesystem::path> csv;
 };
 
+/// somas-host export FILE
+struct ExportCommand {
+  std::filesystem::path file;
+  std::string format;
+  std::filesystem::path out;
+};
+
 /// somas-host render RUN...
 struct RenderCommand {
   std::vector<std::filesystem::path> runs;
@@ -130,7 +137,7 @@ struct Done {
 
 using Command =
     std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, SchemaCommand,
-                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand>;
+                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand, ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
@@ -139,6 +146,7 @@ int execute(const DescribeCommand& command, run::Terminal& terminal);
 int execute(const SchemaCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
+int execute(const ExportCommand& command, run::Terminal& terminal);
 int execute(const RenderCommand& command, run::Terminal& terminal);
 int execute(const MovieCommand& command, run::Terminal& terminal);
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/recording/recorder.hpp"
 #include "core/run/champion.hpp"
 #include "core/run/state_file.hpp"
 
@@ -20,6 +21,8 @@ struct ReplayOptions {
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step
+  recording::Sink* sink = nullptr;                        ///< receives the replayed life
+  recording::RecorderOptions recorder = {};               ///< what of it
   /// Hears whose life it will be, before the first step.
   std::function<void(const Champion&)> prelude = {};
   /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from
