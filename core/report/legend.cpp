@@ -27,6 +27,7 @@ double Legend::swatch_width(const Canvas& canvas, const LegendEntry& entry) cons
     return 4 * font_ + canvas.width_of(font_, entry.low) + canvas.width_of(font_, entry.high) +
            0.8 * font_;
   if (entry.swatch == Swatch::line) return 2 * font_;
+  if (entry.swatch == Swatch::length) return entry.length;
   return font_;
 }
 
@@ -60,6 +61,11 @@ void Legend::paint_entry(const Canvas& canvas, const LegendEntry& entry, double 
       if (entry.dash > 0) cairo_set_dash(canvas.context(), &entry.dash, 1, 0);
       canvas.line(x, middle, x + 2 * f, middle, 1.1, entry.colour);
       cairo_set_dash(canvas.context(), nullptr, 0, 0);
+      break;
+    case Swatch::length:
+      canvas.line(x, middle, x + entry.length, middle, 1.2, black);
+      for (const double end : {x, x + entry.length})
+        canvas.line(end, middle - 0.25 * f, end, middle + 0.25 * f, 0.6, black);
       break;
     case Swatch::marker:
       canvas.marker(x + 0.5 * f, middle, entry.marker, 0.6 * f, entry.colour);

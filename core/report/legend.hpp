@@ -19,6 +19,7 @@ struct LegendEntry {
     hatch,   ///< a striped area
     line,    ///< a curve
     marker,  ///< a point of a curve
+    length,  ///< a bar as long as its words say
     ramp,    ///< a scale of colours between two numbers
   };
   Swatch swatch = Swatch::disc;
@@ -27,7 +28,8 @@ struct LegendEntry {
   std::function<Colour(double)> ramp = {};  ///< colour at 0 to 1
   std::string low = {}, high = {};          ///< at the ends of the ramp
   Marker marker = Marker::disc;
-  double dash = 0;  ///< of the line, in points; 0: unbroken
+  double length = 0;  ///< of the bar, in points
+  double dash = 0;    ///< of the line, in points; 0: unbroken
 };
 
 class Legend {

@@ -101,7 +101,9 @@ class PhasesFigure {
       text += std::string(i == 0 ? "" : ", ") + numerals[i] + " " + phases_[i].name + " (" +
               grouped(static_cast<std::uint64_t>(phases_[i].first)) + " to " +
               grouped(static_cast<std::uint64_t>(phases_[i].last)) + ")";
-    return text + ". " + caption_of(subject_);
+    return text + ". Deaths, divisions and specializations are those of " + number(bins_.width) +
+           (bins_.width == 1 ? " step" : " steps") +
+           "; resources and moving things are shares of their most. " + caption_of(subject_);
   }
 
   [[nodiscard]] std::vector<LegendEntry> legend() const;
@@ -181,7 +183,6 @@ std::vector<double> PhasesFigure::deaths_of_bins() const {
 }
 
 void PhasesFigure::paint(const Canvas& canvas, const Rect& body) {
-  const std::string per_bin = "/ " + number(bins_.width) + " steps";
   const std::vector<double> divisions = bins_.sums(history_.divisions()),
                             specializations = bins_.sums(history_.specializations());
   const double actions = std::max(most_of(divisions), most_of(specializations));
@@ -191,10 +192,9 @@ void PhasesFigure::paint(const Canvas& canvas, const Rect& body) {
   };
   const std::array<Part, 4> parts{
       {{{0, round_end(most_of(history_.total())), "cells", true}, &PhasesFigure::paint_cells},
-       {{0, round_end(most_of(deaths_of_bins())), "deaths " + per_bin, true},
-        &PhasesFigure::paint_deaths},
-       {{0, round_end(actions), "events " + per_bin, true}, &PhasesFigure::paint_actions},
-       {{0, 1, "share of most", false}, &PhasesFigure::paint_world}}};
+       {{0, round_end(most_of(deaths_of_bins())), "deaths", true}, &PhasesFigure::paint_deaths},
+       {{0, round_end(actions), "events", true}, &PhasesFigure::paint_actions},
+       {{0, 1, "share", false}, &PhasesFigure::paint_world}}};
   double left = 0;
   for (const Part& part : parts) left = std::max(left, Chart::left_margin(canvas, part.y));
 

@@ -34,17 +34,47 @@ struct MovieOptions {
   std::uint64_t every = 0;    ///< steps from frame to frame; 0: at most 600 frames
 };
 
-/// What the first life found.
+/// What the first life finds.
 struct Screenplay {
-  Subject subject;
+  Subject subject = {};
   Setting setting;
   Zones zones;
   Levels levels;
   LifeHistory history;
+  Extent extent;
   View view;
   std::uint64_t every = 1;
   std::uint64_t frames = 0;
   std::vector<std::string> warnings;
+
+  /// Call after every step of the first life, and `settle` at its end.
+  void observe(const model::Simulation& simulation, const MovieOptions& options);
+  void settle(const MovieOptions& options);
+  /// In the second life: whether the step that is over makes a frame.
+  [[nodiscard]] bool shows(const model::Simulation& simulation) const {
+    return (simulation.state().step - 1) % every == 0;
+  }
+};
+
+/// Draws the frames of one movie.
+class FramePainter {
+ public:
+  /// `screenplay` must outlive the painter.
+  FramePainter(const MovieOptions& options, const Screenplay& screenplay);
+
+  /// The pixels (blue, green, red, nothing; row by row), valid until the next frame.
+  [[nodiscard]] std::string_view paint(const model::Simulation& simulation);
+
+ private:
+  void paint_column(const Scene& scene, const Rect& column) const;
+  double paint_words(const Scene& scene, const Rect& column) const;
+  [[nodiscard]] std::vector<LegendEntry> legend(const Scene& scene) const;
+  void paint_curves(const Scene& scene, const Rect& area) const;
+
+  const Screenplay& play_;
+  SceneWants wants_;
+  double width_, height_, font_;
+  std::optional<Canvas> canvas_;
 };
 
 /// The first life. Throws Cancelled, NotReproduced, and what run::replay throws.

@@ -163,7 +163,6 @@ void Timelapse::paint(const Canvas& canvas, const Rect& body) const {
         const Rect square{body.x + left + static_cast<double>(i - first) * (side + gap), y, side,
                           side};
         painter.paint(scenes_[i], row.style, square, view);
-        if (i == 0 && &row == styles.data()) painter.scale_bar(tick_font);
         canvas.frame(square, 0.5, frame_grey);
       }
       y += side + gap;
@@ -172,7 +171,13 @@ void Timelapse::paint(const Canvas& canvas, const Rect& body) const {
 }
 
 std::vector<LegendEntry> Timelapse::legend() const {
-  std::vector<LegendEntry> entries;
+  // Below the panels the bar hides nothing.
+  const View view = view_of(scenes_, setting_.radius, options_.whole_world);
+  const double scale = panel_side(left_margin()) / (2 * view.half),
+               length = round_length(view.half / 2);
+  std::vector<LegendEntry> entries{{.swatch = Swatch::length,
+                                    .words = number(length) + (length == 1 ? " unit" : " units"),
+                                    .length = length * scale}};
   if (shows_morphogens())
     add_morphogen_entries(entries);
   else

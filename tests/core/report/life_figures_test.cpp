@@ -135,7 +135,7 @@ TEST_F(HistoryOfALife, PhasesAreNamedWithTheirSteps) {
               HasSubstr("I proliferation (0 to 1), II specialization (2 to 4), III decline "
                         "(5 to 5), IV remnant (6 to 6)."));
   EXPECT_THAT(written(svg),
-              AllOf(HasSubstr("IV\n"), HasSubstr("cells\n"), HasSubstr("deaths / 1 steps\n"),
+              AllOf(HasSubstr("IV\n"), HasSubstr("cells\n"), HasSubstr("deaths\n"),
                     HasSubstr("food (most: 32)\n"), HasSubstr("first cell of a state\n")));
 }
 
