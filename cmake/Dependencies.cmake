@@ -28,6 +28,8 @@ set_target_properties(xxHash::xxhash PROPERTIES
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET GLOBAL cairo>=1.16)   # PkgConfig::cairo
 
+find_package(ZLIB 1.2 REQUIRED)               # ZLIB::ZLIB; replay pages hold gzip
+
 if(SOMAS_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)           # GTest::gtest_main, GTest::gmock
   find_package(rapidcheck REQUIRED)           # rapidcheck, rapidcheck_gtest: property tests

@@ -44,14 +44,17 @@ std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
 
 std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
                                       const evaluation::Task& task, std::size_t own,
-                                      evaluation::StopToken stop, const Observer& observer) {
+                                      evaluation::StopToken stop, const Observer& observer,
+                                      recording::Recorder* recorder) {
   LifeRecord life = begin_life_record(*ecosystem.grow(task.roster[own].genome->tree));
   const auto watch = [&](const model::Simulation& simulation) {
     observe_step(simulation, own, life);
     if (observer) observer(simulation);
+    if (recorder != nullptr) recorder->observe(simulation);
   };
-  const auto result = evaluation::simulate(ecosystem, task, stop, watch);
+  const auto result = evaluation::simulate(ecosystem, task, stop, watch, recorder);
   if (!result) return std::nullopt;
+  if (recorder != nullptr) recorder->finish(*result);
   life.outcome = result->rows[own].outcome;
   life.score = result->rows[own].score;
   return life;

@@ -81,14 +81,17 @@ Moment moment_in(const std::filesystem::path& file, const Champion& champion,
       .step = life.simulation->steps_done(), .file = file, .world = model::save(*life.simulation)};
 }
 
-LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer) {
+LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer,
+                       recording::Recorder* recorder) {
   LifeRecord record = begin_life_record(*life.phenotypes[own]->tree);
   record.first_step = life.simulation->steps_done();
   const auto result =
       evaluation::complete(*life.simulation, {}, [&](const model::Simulation& simulation) {
         observe_step(simulation, own, record);
         if (observer) observer(simulation);
+        if (recorder != nullptr) recorder->observe(simulation);
       });
+  if (recorder != nullptr) recorder->finish(*result);
   record.outcome = result->rows[own].outcome;
   record.score = result->rows[own].score;
   return record;

@@ -6,6 +6,7 @@
 #include "core/experiment/experiment.hpp"
 #include "core/model/snapshot.hpp"
 #include "core/plugins/suggest.hpp"
+#include "core/run/build_info.hpp"
 #include "core/run/manifest.hpp"
 #include "core/run/midlife.hpp"
 #include "core/run/run_directory.hpp"
@@ -181,6 +182,31 @@ void check_same_kind(const experiment::Experiment& then, const experiment::Exper
   }
 }
 
+recording::Provenance provenance_of(const Champion& champion, const std::filesystem::path& run) {
+  return {.experiment = champion.experiment,
+          .run = std::filesystem::absolute(run / ".").lexically_normal().parent_path().filename().string(),
+          .version = std::string(build_info().version),
+          .resolved_yaml = {},
+          .generation = champion.generation,
+          .population = champion.population,
+          .individual = champion.individual.id,
+          .origin = std::string(evolution::name_of(champion.individual.origin)),
+          .parents = {},
+          .fitness = champion.life.score,
+          .genome_json = {},
+          .controller_genes = {},
+          .tree_genes = {}};
+}
+
+/// Makes a recorder if somebody wants the life; it stays where it is.
+recording::Recorder* recorder_of(const ReplayOptions& options, const Champion& champion,
+                                 const model::Ecosystem& ecosystem,
+                                 std::optional<recording::Recorder>& place) {
+  if (options.sink == nullptr) return nullptr;
+  return &place.emplace(ecosystem, champion.own_seat, *options.sink,
+                        provenance_of(champion, options.run), options.recorder);
+}
+
 // Keeps the state that is asked for when its step has come.
 Observer saving(const ReplayOptions& options, ReplayReport& report) {
   return [&options, &report](const model::Simulation& world) {
@@ -213,10 +239,13 @@ bool replay_rest(const ReplayOptions& options, const experiment::Experiment& the
   const model::Ecosystem& ecosystem = changed ? *changed->ecosystem : *then.ecosystem;
   try {
     Life life = live_from(ecosystem, champion, moment->world);
+    std::optional<recording::Recorder> place;
+    recording::Recorder* recorder = recorder_of(options, champion, ecosystem, place);
+    life.simulation->tell(recorder);
     report.beginning = Beginning{.step = moment->step, .file = moment->file, .removed = {}};
     for (const model::Wound& wound : options.wounds)
       report.beginning->removed.push_back(life.simulation->wound(wound));
-    report.replayed = record_rest(life, champion.own_seat, saving(options, report));
+    report.replayed = record_rest(life, champion.own_seat, saving(options, report), recorder);
   } catch (const model::SnapshotError& error) {
     throw UsageError(std::string("--set: cannot be changed in mid-life: ") + error.what());
   }
@@ -275,9 +304,13 @@ ReplayReport replay(const ReplayOptions& options) {
         "all of it, unchanged");
     report.what_if = false;
   }
-  if (!begun)
-    report.replayed = *record_life(*experiment.ecosystem, task_of(report.recorded),
-                                   report.recorded.own_seat, {}, saving(options, report));
+  if (!begun) {
+    std::optional<recording::Recorder> place;
+    report.replayed =
+        *record_life(*experiment.ecosystem, task_of(report.recorded), report.recorded.own_seat, {},
+                     saving(options, report),
+                     recorder_of(options, report.recorded, *experiment.ecosystem, place));
+  }
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);
     if (!report.recorded.genes_match_bytes && report.differences.empty())

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/recording/recorder.hpp"
 #include "core/run/champion.hpp"
 #include "core/run/state_file.hpp"
 
@@ -19,6 +20,8 @@ struct ReplayOptions {
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step
+  recording::Sink* sink = nullptr;                        ///< receives the replayed life
+  recording::RecorderOptions recorder = {};               ///< what of it
   /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from
   /// there on, and must leave the vocabulary of the world and the genome's fit as they are.
   std::optional<std::uint64_t> from_step;
