@@ -32,6 +32,29 @@ function(somas_add_room name)
   endif()
 endfunction()
 
+# somas_mentions_paths(SOURCE RESULT)
+#
+# Whether a test, or a header of the tests that it includes, mentions SOMAS_SOURCE_DIR or
+# SOMAS_BINARY_DIR. The others do without, and so compile to the same object in every checkout; one
+# that begins to needs CMake to run again.
+function(somas_mentions_paths source result)
+  set(mentions "SOMAS_(SOURCE|BINARY)_DIR")
+  file(STRINGS "${source}" found REGEX "${mentions}")
+  file(STRINGS "${source}" includes REGEX "^#include \"tests/")
+  foreach(line IN LISTS includes)
+    string(REGEX REPLACE "^#include \"([^\"]*)\".*" "\\1" header "${line}")
+    if(EXISTS "${PROJECT_SOURCE_DIR}/${header}")
+      file(STRINGS "${PROJECT_SOURCE_DIR}/${header}" in_header REGEX "${mentions}")
+      list(APPEND found ${in_header})
+    endif()
+  endforeach()
+  if(found)
+    set(${result} ON PARENT_SCOPE)
+  else()
+    set(${result} OFF PARENT_SCOPE)
+  endif()
+endfunction()
+
 # somas_add_tests(NAME [DEPENDS targets...])
 #
 # Executable test_NAME from *_test.cpp here; nothing while there are none. CTest shows its tests
@@ -49,8 +72,13 @@ function(somas_add_tests name)
   # What is tested is optimised; the tests themselves need not be, and compile in half the time.
   target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_include_directories(test_${name} PRIVATE "${PROJECT_SOURCE_DIR}")
-  target_compile_definitions(test_${name} PRIVATE
-    SOMAS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOMAS_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  foreach(source IN LISTS sources)
+    somas_mentions_paths("${source}" mentions)
+    if(mentions)
+      set_property(SOURCE "${source}" APPEND PROPERTY COMPILE_DEFINITIONS
+        SOMAS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOMAS_BINARY_DIR="${PROJECT_BINARY_DIR}")
+    endif()
+  endforeach()
   include(GoogleTest)
   gtest_discover_tests(test_${name}
     TEST_PREFIX "${name}/" DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)

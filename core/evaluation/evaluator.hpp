@@ -36,9 +36,18 @@ struct Row {
   double score = 0;  ///< finite
 };
 
-/// A row per organism, in the order of the roster.
+/// Why a task was set aside: a plugin failed in it, time and again.
+struct Failure {
+  std::uint32_t attempts = 0;
+  std::string cause;                  ///< "std::runtime_error: ...", "SIGSEGV"
+  std::string plugin;                 ///< instance and call; empty: not known
+  std::optional<std::uint64_t> step;  ///< of the simulation; none: before its first
+};
+
+/// A row per organism, in the order of the roster; of a task that was set aside, default ones.
 struct Result {
   std::vector<Row> rows;
+  std::optional<Failure> failure{};
 };
 
 /// A task that could not be evaluated.
@@ -55,16 +64,18 @@ class EvaluationError : public std::runtime_error {
   bool of_plugin_;
 };
 
-/// Called now and then, by the thread that called `evaluate`, with the number of finished tasks.
-using ProgressCallback = std::function<void(std::size_t done)>;
+/// Called by the thread that called `evaluate`, once per finished task, in the order of finishing.
+/// What it throws ends the evaluation and is thrown on.
+using ResultCallback = std::function<void(std::size_t task, const Result& result)>;
 
 class Evaluator {
  public:
   virtual ~Evaluator() = default;
   /// A result per task, in the order of the tasks; nothing if `stop` ended the work early. Throws
-  /// the EvaluationError of the first task (in their order) that failed.
+  /// the EvaluationError of the first task (in their order) that failed. May be called by several
+  /// threads at a time.
   [[nodiscard]] virtual std::optional<std::vector<Result>> evaluate(
-      std::span<const Task> tasks, StopToken stop, const ProgressCallback& progress) = 0;
+      std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) = 0;
 };
 
 }  // namespace somas::evaluation

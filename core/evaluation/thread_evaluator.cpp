@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -12,8 +11,6 @@
 
 namespace somas::evaluation {
 namespace {
-
-constexpr std::chrono::milliseconds report_interval{100};
 
 /// What the workers of one call share.
 struct Batch {
@@ -31,12 +28,13 @@ struct Batch {
   std::vector<Result> results;
   std::vector<std::exception_ptr> errors;
   std::atomic<std::size_t> next{0};
-  std::atomic<std::size_t> done{0};
   std::atomic<std::size_t> first_failure;  ///< lowest index that failed so far
   std::atomic<bool> stopped{false};
+  std::atomic<bool> abandoned{false};  ///< nobody waits for the rest
 
   std::mutex mutex;
-  std::condition_variable finished;
+  std::condition_variable news;
+  std::vector<std::size_t> finished;  ///< and not handed on yet
   unsigned running = 0;
 };
 
@@ -49,37 +47,55 @@ void lower(std::atomic<std::size_t>& value, std::size_t to) {
 void evaluate_one(Batch& batch, std::size_t index) {
   try {
     std::optional<Result> result = simulate(batch.ecosystem, batch.tasks[index], batch.stop);
-    if (result)
-      batch.results[index] = std::move(*result);
-    else
+    if (!result) {
       batch.stopped = true;
+      return;
+    }
+    batch.results[index] = std::move(*result);
+    const std::scoped_lock lock(batch.mutex);
+    batch.finished.push_back(index);
+    batch.news.notify_one();
   } catch (...) {
     batch.errors[index] = std::current_exception();
     lower(batch.first_failure, index);
   }
-  ++batch.done;
 }
 
 void work(Batch& batch) {
   // Tasks are handed out in ascending order and taken ones are finished: whatever the number of
   // threads, the lowest task that fails is among the finished.
-  while (!batch.stop.stop_requested()) {
+  while (!batch.stop.stop_requested() && !batch.abandoned) {
     const std::size_t index = batch.next++;
     if (index >= batch.tasks.size() || index > batch.first_failure.load()) break;
     evaluate_one(batch, index);
   }
   if (batch.stop.stop_requested()) batch.stopped = true;
   const std::scoped_lock lock(batch.mutex);
-  if (--batch.running == 0) batch.finished.notify_one();
+  if (--batch.running == 0) batch.news.notify_one();
 }
 
-void wait(Batch& batch, const ProgressCallback& progress) {
-  std::unique_lock lock(batch.mutex);
-  while (!batch.finished.wait_for(lock, report_interval, [&] { return batch.running == 0; })) {
-    if (!progress) continue;
-    lock.unlock();
-    progress(batch.done.load());
-    lock.lock();
+void hand_on(const Batch& batch, const std::vector<std::size_t>& finished,
+             const ResultCallback& callback) {
+  if (!callback) return;
+  for (const std::size_t index : finished) callback(index, batch.results[index]);
+}
+
+void wait(Batch& batch, const ResultCallback& callback) {
+  bool over = false;
+  while (!over) {
+    std::vector<std::size_t> finished;
+    {
+      std::unique_lock lock(batch.mutex);
+      batch.news.wait(lock, [&] { return batch.running == 0 || !batch.finished.empty(); });
+      finished.swap(batch.finished);
+      over = batch.running == 0;
+    }
+    try {
+      hand_on(batch, finished, callback);
+    } catch (...) {
+      batch.abandoned = true;
+      throw;
+    }
   }
 }
 
@@ -106,7 +122,7 @@ ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned thr
 
 std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Task> tasks,
                                                              StopToken stop,
-                                                             const ProgressCallback& progress) {
+                                                             const ResultCallback& finished) {
   Batch batch(ecosystem_, tasks, stop);
   {
     std::vector<std::jthread> workers;
@@ -114,14 +130,13 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
     batch.running = wanted;
     workers.reserve(wanted);
     for (unsigned i = 0; i < wanted; ++i) workers.emplace_back([&batch] { work(batch); });
-    wait(batch, progress);
+    wait(batch, finished);
   }
 
   // A failure that is known is told, even when a stop came after it.
   if (const std::size_t failed = batch.first_failure; failed < tasks.size())
     rethrow(batch.errors[failed], failed);
   if (batch.stopped) return std::nullopt;
-  if (progress) progress(tasks.size());
   return std::move(batch.results);
 }
 

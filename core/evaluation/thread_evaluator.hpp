@@ -6,14 +6,14 @@
 namespace somas::evaluation {
 
 /// Workers take tasks in ascending order and write each result to its own place, so the number of
-/// threads never reaches the results. The calling thread only waits and reports progress.
+/// threads never reaches the results. The calling thread only waits and hands on what is finished.
 class ThreadEvaluator final : public Evaluator {
  public:
   /// `ecosystem` must outlive this. threads = 0: one per processor.
   ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads);
 
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
-      std::span<const Task> tasks, StopToken stop, const ProgressCallback& progress) override;
+      std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
 
   [[nodiscard]] unsigned threads() const { return threads_; }
 

@@ -129,9 +129,10 @@ class Run {
 
   std::optional<std::vector<evaluation::Result>> evaluate(std::uint64_t number) {
     const std::vector<evaluation::Task> tasks = contest_->tasks();
+    std::uint64_t done = 0;
     try {
-      return evaluator_.evaluate(tasks, stop_, [this](std::size_t done) {
-        if (progress_) progress_->update(done);
+      return evaluator_.evaluate(tasks, stop_, [&](std::size_t, const evaluation::Result&) {
+        if (progress_) progress_->update(++done);
       });
     } catch (const evaluation::EvaluationError& error) {
       fail(number, error);

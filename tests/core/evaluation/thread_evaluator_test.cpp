@@ -1,7 +1,10 @@
 #include "core/evaluation/thread_evaluator.hpp"
 
 #include <atomic>
+#include <map>
 #include <set>
+#include <stdexcept>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -90,14 +93,42 @@ TEST_F(Evaluation, NoTasksGiveNoResults) {
   EXPECT_THAT(evaluate(4), IsEmpty());
 }
 
-TEST_F(Evaluation, ReportsThatAllIsDone) {
-  std::size_t last = 0;
+TEST_F(Evaluation, HandsOnEachResultOnceByTheCallingThread) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::map<std::size_t, double> seen;
   ThreadEvaluator evaluator(*ecosystem_, 2);
-  static_cast<void>(evaluator.evaluate(tasks_, {}, [&](std::size_t done) {
-    EXPECT_GE(done, last);
-    last = done;
-  }));
-  EXPECT_EQ(last, tasks_.size());
+  const auto results = evaluator.evaluate(tasks_, {}, [&](std::size_t task, const Result& result) {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    EXPECT_TRUE(seen.emplace(task, result.rows.at(0).score).second) << task;
+  });
+  ASSERT_EQ(seen.size(), tasks_.size());
+  for (const auto& [task, score] : seen) EXPECT_EQ(results->at(task).rows[0].score, score);
+}
+
+TEST_F(Evaluation, WhatTheCallbackThrowsEndsTheWork) {
+  std::size_t calls = 0;
+  ThreadEvaluator evaluator(*ecosystem_, 2);
+  const auto refuse = [&](std::size_t, const Result&) {
+    ++calls;
+    throw std::length_error("the disk is full");
+  };
+  EXPECT_THROW(static_cast<void>(evaluator.evaluate(tasks_, {}, refuse)), std::length_error);
+  EXPECT_EQ(calls, 1u);
+}
+
+TEST_F(Evaluation, SeveralThreadsMayEvaluateAtATime) {
+  const std::vector<Result> alone = evaluate(1);
+  ThreadEvaluator evaluator(*ecosystem_, 2);
+  std::vector<std::vector<Result>> together(3);
+  {
+    std::vector<std::jthread> callers;
+    for (std::vector<Result>& results : together)
+      callers.emplace_back([&] { results = evaluator.evaluate(tasks_, {}, {}).value(); });
+  }
+  for (const std::vector<Result>& results : together) {
+    ASSERT_EQ(results.size(), alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) EXPECT_TRUE(same(results[i], alone[i])) << i;
+  }
 }
 
 TEST_F(Evaluation, TheFirstTaskThatFailsIsNamedWhateverTheThreads) {
