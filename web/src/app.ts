@@ -1,6 +1,6 @@
 // The page: what is shown, and what happens when something is pressed.
 import { Camera } from './camera';
-import { ChartRow } from './chart_row';
+import { ChartRow, viewNames } from './chart_row';
 import { scaleColour, type Theme } from './colours';
 import { byId, h } from './dom';
 import { download, paintPicture } from './exporter';
@@ -100,7 +100,9 @@ export class App {
   private makeView(recording: Recording, index: number, causes: string[]): View {
     const canvas = h('canvas', { role: 'img' });
     const caption = h('figcaption');
-    byId('stages').append(h('figure', { class: 'view' }, caption, canvas));
+    byId('stages').append(
+      h('figure', { class: 'view' }, caption, h('div', { class: 'stage' }, canvas)),
+    );
     const clones = new Clones(recording, defaultCloneStep(recording));
     this.watchPointer(canvas, index);
     return {
@@ -423,10 +425,10 @@ export class App {
     if (this.side.follow) this.followOrganism(scene.frame, index);
     view.stage.draw(c, width, height, scene);
     const text = this.captionOf(view);
-    const lines = [h('span', {}, text)];
+    const lines = [h('span', { class: 'counts' }, text)];
     if (this.views.length > 1) {
-      lines.unshift(h('span', { class: 'muted' }, this.subtitleOf(view.recording)));
-      lines.unshift(h('strong', {}, view.recording.header.title));
+      const name = `${viewNames[index]}: ${view.recording.header.title}`;
+      lines.unshift(h('strong', {}, name), h('span', { class: 'muted' }, this.subtitleOf(view.recording)));
     }
     view.caption.replaceChildren(...lines);
     canvas.setAttribute('aria-label', `${view.recording.header.title}. ${text}`);

@@ -4,6 +4,9 @@ import { causeColour, stateColour, type Theme } from './colours';
 import { words } from './format';
 import type { Recording } from './recording';
 
+/** Of recordings side by side. */
+export const viewNames = ['A', 'B', 'C', 'D'];
+
 export class ChartRow {
   private charts: LinkedChart[] = [];
   private step = 0;
@@ -47,7 +50,7 @@ export class ChartRow {
     return this.recordings.flatMap((recording, r) =>
       of(recording).map((line) => ({
         ...line,
-        label: this.recordings.length > 1 ? `${line.label} ${'AB'[r] ?? r + 1}` : line.label,
+        label: this.recordings.length > 1 ? `${line.label} ${viewNames[r]}` : line.label,
         first: recording.timeline.step[0],
         dashed: r > 0,
       })),

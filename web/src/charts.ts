@@ -66,8 +66,8 @@ export class LinkedChart {
     for (const line of lines) {
       const value = h('span', { class: 'value', 'data-series': line.label });
       const mark = swatch(line.backdrop ? looks[theme].backdrop : line.colour);
-      if (line.dashed) mark.classList.add('dashed');
       mark.style.setProperty('--line', line.colour);
+      if (line.dashed) mark.classList.add('dashed');
       legend.append(h('li', {}, mark, `${line.label} `, value));
       this.values.push(value);
     }

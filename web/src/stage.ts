@@ -135,7 +135,7 @@ export class Stage {
     const [red, green, blue] = channels(fieldColour(g, theme));
     const bytes = this.recording.grid(g, field);
     // What all may eat is only the ground that the cells stand on.
-    const strength = this.recording.header.grids[g].resource ? 0.3 : 0.6;
+    const strength = this.recording.header.grids[g].resource ? 0.3 : 0.5;
     for (let row = 0; row < rows; ++row)
       for (let column = 0; column < columns; ++column) {
         const at = 4 * ((rows - 1 - row) * columns + column);
