@@ -72,13 +72,9 @@ model::Genome Heredity::cross(const model::Genome& first, const model::Genome& s
     guarded("specialization", "cross",
             [&] { tree_->cross(no_ports, first.tree, second.tree, rng, child.tree); });
   const SharedLayout ports = ports_of(child);
-  Genes mother = first.controller, father = second.controller;
-  guarded("controller", "conform", [&] {
-    controller_->conform(*ports, rng, mother);
-    controller_->conform(*ports, rng, father);
+  guarded("controller", "cross", [&] {
+    controller_->cross(*ports, first.controller, second.controller, rng, child.controller);
   });
-  guarded("controller", "cross",
-          [&] { controller_->cross(*ports, mother, father, rng, child.controller); });
   return child;
 }
 

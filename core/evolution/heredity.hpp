@@ -12,10 +12,11 @@ namespace somas::evolution {
 
 /// Variation of genomes: the controller's chromosome and, if it evolves, the tree's.
 ///
-/// The tree comes first, since it decides the ports that the controller's genes must fit; the
-/// controller's genes of each parent are conformed to the child's ports before they are crossed.
-/// All calls are const and pure functions of their arguments. A part that throws becomes a
-/// model::PluginFailure of "controller" or "specialization".
+/// The tree comes first, since it decides the ports that the controller's genes must fit. Parents
+/// of different trees are crossed as they are: what a controller learned for the ports that only
+/// one of them has is handed down whole (Heritable::cross). All calls are const and pure functions
+/// of their arguments. A part that throws becomes a model::PluginFailure of "controller" or
+/// "specialization".
 class Heredity {
  public:
   /// A layout together with what keeps its storage alive.

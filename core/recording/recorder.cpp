@@ -95,6 +95,7 @@ void Recorder::begin(const model::WorldState& world) {
   header_.provenance = std::move(provenance);
   header_.every = options_.every;
   header_.fields_every = options_.fields_every;
+  header_.controller = options_.controller;
   for (std::uint32_t k = 0; k < header_.organisms.size(); ++k)
     if (header_.organisms[k].seat == own_seat_) header_.own = k;
   for (const Grid& grid : header_.grids)

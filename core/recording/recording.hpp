@@ -87,8 +87,9 @@ struct Header {
   std::uint64_t first_step = 0;  ///< greater than 0: recorded from mid-life on
   std::uint64_t every = 1;       ///< cells and tables: steps divisible by it, and the last
   std::uint64_t fields_every =
-      1;                  ///< grids and morphogens: frames at steps divisible by it, and the last
-  std::uint32_t own = 0;  ///< the organism that the recording is about
+      1;                   ///< grids and morphogens: frames at steps divisible by it, and the last
+  bool controller = true;  ///< whether frames have the controller's inputs and outputs
+  std::uint32_t own = 0;   ///< the organism that the recording is about
   std::vector<Organism> organisms;
   std::vector<std::string> actions;  ///< names of Cells::action
   std::vector<std::string> causes;   ///< of death, names of Event::cause

@@ -36,4 +36,7 @@ class Collector final : public Sink {
   Recording recording_;
 };
 
+/// Hands a recording on as the recorder did.
+void play(const Recording& recording, Sink& sink);
+
 }  // namespace somas::recording

@@ -7,10 +7,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "plugins/common/inheritance.hpp"
+
 namespace somas::ctrnn {
 namespace {
 
-using Places = std::vector<std::optional<std::size_t>>;
+using common::Places;
 
 // For every row of `to`, the row of `from` that holds the same neuron.
 Places matching_rows(const Network& to, const Network& from) {
@@ -36,6 +38,54 @@ Places matching_columns(const Network& to, const Network& from) {
   return places;
 }
 
+// As matching_columns; inputs of a state that `from` lacks are those of the state above it.
+Places inherited_columns(const Layout& layout, const Network& to, const Network& from) {
+  Places places = matching_columns(to, from);
+  const Places inputs = common::places_of_inputs(layout, from.inputs);
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (inputs[i])
+      places[Network::first_weight + to.hidden + i] =
+          Network::first_weight + from.hidden + *inputs[i];
+  return places;
+}
+
+// A parent seen from its child: which of the child's genes it has.
+class Parent {
+ public:
+  Parent(const Layout& layout, const Network& child, const Network& parent)
+      : parent_(parent),
+        rows_(matching_rows(child, parent)),
+        own_(matching_columns(child, parent)),
+        inherited_(inherited_columns(layout, child, parent)) {}
+
+  [[nodiscard]] bool has(std::size_t row) const { return rows_[row].has_value(); }
+  /// Its own gene, or null.
+  [[nodiscard]] const double* own(std::size_t row, std::size_t column) const {
+    return find(row, own_[column]);
+  }
+  /// Its own gene, or that of the state above, or null.
+  [[nodiscard]] const double* inherited(std::size_t row, std::size_t column) const {
+    return find(row, inherited_[column]);
+  }
+
+ private:
+  [[nodiscard]] const double* find(std::size_t row, std::optional<std::size_t> column) const {
+    return rows_[row] && column ? &parent_.neuron(*rows_[row])[*column] : nullptr;
+  }
+
+  const Network& parent_;
+  Places rows_, own_, inherited_;
+};
+
+// What the child has from a neuron of its parents, of which the first comes first; null: nothing.
+const double* handed_down(const Parent& first, const Parent& second, std::size_t row,
+                          std::size_t column) {
+  const double* gene = first.own(row, column);
+  if (gene == nullptr) gene = second.own(row, column);
+  if (gene == nullptr) gene = first.inherited(row, column);
+  return gene != nullptr ? gene : second.inherited(row, column);
+}
+
 }  // namespace
 
 Variation::Range Variation::range_of(std::size_t column) const {
@@ -44,20 +94,25 @@ Variation::Range Variation::range_of(std::size_t column) const {
   return {-p_.weight_limit, p_.weight_limit};
 }
 
-Network Variation::network_for(const Layout& layout, const Network& known, Rng& rng) const {
+Network Variation::without_genes(const Layout& layout) const {
   Network network;
   network.hidden = static_cast<std::uint32_t>(p_.hidden);
   network.inputs = common::sorted_keys(layout.inputs);
   network.outputs = common::sorted_keys(layout.outputs);
-  const Places rows = matching_rows(network, known);
-  const Places columns = matching_columns(network, known);
-  for (const auto& row : rows)
-    for (std::size_t column = 0; column < columns.size(); ++column) {
-      const auto [low, high] = range_of(column);
-      const bool have = row && columns[column];
-      network.genes.push_back(have ? std::clamp(known.neuron(*row)[*columns[column]], low, high)
-                                   : rng.uniform(low, high));
-    }
+  return network;
+}
+
+double Variation::gene_from(const double* known, std::size_t column, Rng& rng) const {
+  const auto [low, high] = range_of(column);
+  return known != nullptr ? std::clamp(*known, low, high) : rng.uniform(low, high);
+}
+
+Network Variation::network_for(const Layout& layout, const Network& known, Rng& rng) const {
+  Network network = without_genes(layout);
+  const Parent parent(layout, network, known);
+  for (std::size_t row = 0; row < network.rows(); ++row)
+    for (std::size_t column = 0; column < network.columns(); ++column)
+      network.genes.push_back(gene_from(parent.inherited(row, column), column, rng));
   return network;
 }
 
@@ -90,15 +145,18 @@ void Variation::mutate(const Layout&, Rng& rng, Genes& genes) const {
   encode(network, genes);
 }
 
-void Variation::cross(const Layout&, GenesView first, GenesView second, Rng& rng,
+void Variation::cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
                       Genes& child) const {
-  Network network = decode(first);
-  const Network other = decode(second);
-  if (network.hidden != other.hidden || network.inputs != other.inputs ||
-      network.outputs != other.outputs)
-    throw std::runtime_error("two parents of different shape cannot be crossed");
-  for (std::size_t row = 0; row < network.rows(); ++row)
-    if (rng.chance(0.5)) std::ranges::copy(other.neuron(row), network.neuron(row).begin());
+  const Network a = decode(first), b = decode(second);
+  Network network = without_genes(layout);
+  const Parent mother(layout, network, a), father(layout, network, b);
+  for (std::size_t row = 0; row < network.rows(); ++row) {
+    const bool from_father = mother.has(row) && father.has(row) && rng.chance(0.5);
+    const Parent& giver = from_father ? father : mother;
+    const Parent& other = from_father ? mother : father;
+    for (std::size_t column = 0; column < network.columns(); ++column)
+      network.genes.push_back(gene_from(handed_down(giver, other, row, column), column, rng));
+  }
   encode(network, child);
 }
 

@@ -15,11 +15,13 @@ class Variation final : public Heritable {
   /// Every gene uniform in its range.
   void random(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// Hidden neurons keep their number: the first ones stay when the parameter `hidden` has changed.
-  /// Genes outside their range are clamped.
+  /// Weights from the inputs of a new state begin as those of the state above it. Genes outside
+  /// their range are clamped.
   void conform(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// Adds normal deviates to a random subset of the genes, at least one, clamped to their ranges.
   void mutate(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// Every neuron, with its incoming weights, comes from either parent 50/50.
+  /// Every neuron that both parents have comes from either 50/50, with its incoming weights;
+  /// weights that this parent has no inputs for come from the other.
   void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override;
   /// Mean difference of the genes relative to their ranges, in [0, 1]; a gene that one of the two
@@ -40,6 +42,10 @@ class Variation final : public Heritable {
   [[nodiscard]] Range range_of(std::size_t column) const;
   /// A network of the layout's ports, each gene that of `known` where it has one, else drawn.
   [[nodiscard]] Network network_for(const Layout& layout, const Network& known, Rng& rng) const;
+  /// The layout's ports, no genes yet.
+  [[nodiscard]] Network without_genes(const Layout& layout) const;
+  /// The known gene, clamped to its range; drawn if there is none.
+  [[nodiscard]] double gene_from(const double* known, std::size_t column, Rng& rng) const;
   void change(double& gene, std::size_t column, Rng& rng) const;
 
   Parameters p_;

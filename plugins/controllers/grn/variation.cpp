@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
+
+#include "plugins/common/inheritance.hpp"
 
 namespace somas::grn {
 namespace {
@@ -23,14 +26,21 @@ Protein random_protein(Rng& rng) {
 
 // ---- conform -----------------------------------------------------------------------------------
 
-// One protein per port in the order of keys: that of `known` where it has the key, else a new one.
-PortProteins proteins_for(std::span<const Port> ports, const PortProteins& known, Rng& rng) {
+// One protein per port in the order of keys: that of `known` where it has a place, else a new one.
+PortProteins proteins_for(std::span<const Port> ports, const common::Places& places,
+                          const PortProteins& known, Rng& rng) {
   PortProteins result{common::sorted_keys(ports), {}};
-  for (const std::uint64_t key : result.keys) {
-    const auto at = common::find_key(known.keys, key);
+  for (const auto& at : places)
     result.proteins.push_back(at ? known.proteins[*at] : random_protein(rng));
-  }
   return result;
+}
+
+PortProteins inputs_for(const Layout& layout, const PortProteins& known, Rng& rng) {
+  return proteins_for(layout.inputs, common::places_of_inputs(layout, known.keys), known, rng);
+}
+
+PortProteins outputs_for(const Layout& layout, const PortProteins& known, Rng& rng) {
+  return proteins_for(layout.outputs, common::places_of_outputs(layout, known.keys), known, rng);
 }
 
 // ---- mutation ----------------------------------------------------------------------------------
@@ -101,13 +111,16 @@ std::vector<Pair> paired(const std::vector<Protein>& first, const std::vector<Pr
   return candidates;
 }
 
+// All ports that either parent has, 50/50 where both have them.
 PortProteins cross_ports(const PortProteins& first, const PortProteins& second, Rng& rng) {
-  if (first.keys != second.keys)
-    throw std::runtime_error("two parents with different ports cannot be crossed");
-  PortProteins child = first;
-  for (std::size_t i = 0; i < child.proteins.size(); ++i)
-    if (rng.chance(0.5)) child.proteins[i] = second.proteins[i];
-  return child;
+  PortProteins all;
+  std::ranges::set_union(first.keys, second.keys, std::back_inserter(all.keys));
+  for (const std::uint64_t key : all.keys) {
+    const auto here = common::find_key(first.keys, key), there = common::find_key(second.keys, key);
+    const bool from_second = here && there ? rng.chance(0.5) : there.has_value();
+    all.proteins.push_back(from_second ? second.proteins[*there] : first.proteins[*here]);
+  }
+  return all;
 }
 
 std::vector<Protein> cross_regulators(const std::vector<Protein>& first,
@@ -175,8 +188,8 @@ void Variation::random(const Layout& layout, Rng& rng, Genes& genes) const {
   Network network;
   network.beta = rng.uniform(p_.beta_min, p_.beta_max);
   network.delta = rng.uniform(p_.delta_min, p_.delta_max);
-  network.inputs = proteins_for(layout.inputs, {}, rng);
-  network.outputs = proteins_for(layout.outputs, {}, rng);
+  network.inputs = inputs_for(layout, {}, rng);
+  network.outputs = outputs_for(layout, {}, rng);
   for (std::int64_t i = 0; i < p_.initial_regulators; ++i)
     network.regulators.push_back(random_protein(rng));
   encode(network, genes);
@@ -186,8 +199,8 @@ void Variation::conform(const Layout& layout, Rng& rng, Genes& genes) const {
   Network network = decode(genes);
   network.beta = std::clamp(network.beta, p_.beta_min, p_.beta_max);
   network.delta = std::clamp(network.delta, p_.delta_min, p_.delta_max);
-  network.inputs = proteins_for(layout.inputs, network.inputs, rng);
-  network.outputs = proteins_for(layout.outputs, network.outputs, rng);
+  network.inputs = inputs_for(layout, network.inputs, rng);
+  network.outputs = outputs_for(layout, network.outputs, rng);
   const auto most = static_cast<std::size_t>(p_.max_regulators);
   network.regulators.resize(std::min(network.regulators.size(), most));
   encode(network, genes);
@@ -203,15 +216,15 @@ void Variation::mutate(const Layout&, Rng& rng, Genes& genes) const {
   encode(network, genes);
 }
 
-void Variation::cross(const Layout&, GenesView first, GenesView second, Rng& rng,
+void Variation::cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
                       Genes& child) const {
   const Network a = decode(first);
   const Network b = decode(second);
   Network c;
   c.beta = rng.chance(0.5) ? b.beta : a.beta;
   c.delta = rng.chance(0.5) ? b.delta : a.delta;
-  c.inputs = cross_ports(a.inputs, b.inputs, rng);
-  c.outputs = cross_ports(a.outputs, b.outputs, rng);
+  c.inputs = inputs_for(layout, cross_ports(a.inputs, b.inputs, rng), rng);
+  c.outputs = outputs_for(layout, cross_ports(a.outputs, b.outputs, rng), rng);
   c.regulators = cross_regulators(a.regulators, b.regulators, p_.crossover_threshold, rng);
   encode(c, child);
 }

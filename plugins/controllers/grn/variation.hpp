@@ -16,12 +16,14 @@ class Variation final : public Heritable {
   explicit Variation(const Parameters& parameters) : p_(parameters) {}
 
   void random(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// Rates outside their range are clamped, and regulators beyond the most allowed are dropped from
-  /// the end, so that genomes of an experiment with other parameters fit as well.
+  /// Inputs of a new state begin as those of the state above it; other new ports are drawn. Rates
+  /// outside their range are clamped, and regulators beyond the most allowed are dropped from the
+  /// end, so that genomes of an experiment with other parameters fit as well.
   void conform(const Layout& layout, Rng& rng, Genes& genes) const override;
   /// 1 to max_edits edits, then beta and delta redrawn with probability rate_redraw each.
   void mutate(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// Port proteins one by one and beta and delta are inherited 50/50. One parent, drawn at random,
+  /// Beta, delta and one by one the proteins of ports that both parents have are inherited 50/50;
+  /// those of ports that one of them has come from that one. One parent, drawn at random,
   /// gives its regulators in their order, each that is paired replaced 50/50 by its partner.
   void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override;

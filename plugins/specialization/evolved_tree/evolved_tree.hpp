@@ -1,9 +1,13 @@
 // Evolved tree: a specialization tree that is part of the genome.
 //
 // It begins as one state whose budget of points is spread evenly over all skills that have a price.
-// Mutation moves points between skills, adds, splits and removes states. A state keeps its key for
+// Mutation moves points between skills, adds, splits and removes states and, where the experiment
+// says so, draws crawling, adhesion and thresholds of states anew. A state keeps its key for
 // life, so that the controller keeps what it learned for a state when others come and go.
 #pragma once
+
+#include <span>
+#include <vector>
 
 #include "somas/sdk/parameters.hpp"
 #include "somas/sdk/specialization.hpp"
@@ -26,6 +30,9 @@ class EvolvedTree final : public Specialization {
   void grow(GenesView genes, std::span<const SkillInfo> skills, TreeSink& tree) const override;
 
  private:
+  [[nodiscard]] std::vector<double> values_of(const TreeState& state,
+                                              std::span<const SkillInfo> skills) const;
+
   Parameters parameters_;
   TreeVariation variation_;
 };

@@ -5,16 +5,26 @@
 
 #include "somas/sdk/parameters.hpp"
 
+#include "plugins/specialization/common/body.hpp"
+
 namespace somas::specialization {
 
 struct EvolvedTreeParameters {
   std::int64_t max_states = 6;
   std::int64_t max_depth = 4;
   double budget = 13;
+  double returns = 1;
   double move_weight = 6;
   double add_weight = 2;
   double split_weight = 1;
   double remove_weight = 2;
+  double redraw_weight = 0;
+  double attribute_weight = 3;
+  bool evolve_motility = false;
+  bool evolve_adhesion = false;
+  bool evolve_thresholds = false;
+  double max_motility = 1;
+  double max_adhesion = 6;
   double mass = 1;
   double radius = 1;
   double stiffness = 10;
@@ -27,6 +37,10 @@ struct EvolvedTreeParameters {
       {.minimum = 1, .maximum = 64});
     d("budget", budget, "Points that a state spends on skills, each at the skill's price",
       {.unit = "points", .minimum = 0, .minimum_open = true});
+    d("returns", returns,
+      "Exponent of what points buy: 1 is in proportion; above, specialists get more than their "
+      "share and jacks of all trades less",
+      {.minimum = 0.1, .maximum = 10});
     const Limits weight = {.minimum = 0, .maximum = 1e6};
     d("move_weight", move_weight, "How often a mutation moves points between two skills", weight);
     d("add_weight", add_weight, "How often it adds a state below another", weight);
@@ -34,16 +48,21 @@ struct EvolvedTreeParameters {
       weight);
     d("remove_weight", remove_weight, "How often it removes a state; its children go to its parent",
       weight);
-    d("mass", mass, "Mass of a cell, in every state",
-      {.unit = "mass", .minimum = 0, .minimum_open = true});
-    d("radius", radius, "Radius of a cell that is not dividing",
-      {.unit = "length", .minimum = 0, .minimum_open = true});
-    d("stiffness", stiffness, "Stiffness of the collision spring",
-      {.unit = "force/length", .minimum = 0});
-    d("adhesion", adhesion, "Strength of the adhesion spring",
-      {.unit = "force/length", .minimum = 0});
-    d("adhesion_range", adhesion_range,
-      "Distance at which adhesion begins, over the sum of both radii", {.minimum = 1});
+    d("redraw_weight", redraw_weight,
+      "How often it spends all points of a state anew, every way equally likely", weight);
+    d("attribute_weight", attribute_weight,
+      "How often it draws an attribute of a state anew, if any evolves", weight);
+    d("evolve_motility", evolve_motility,
+      "Whether each state's crawling force evolves, and the morphogen that it follows");
+    d("evolve_adhesion", evolve_adhesion,
+      "Whether each state's adhesion evolves, and that of pairs of states");
+    d("evolve_thresholds", evolve_thresholds, "Whether each state's thresholds of actions evolve");
+    d("max_motility", max_motility, "Greatest crawling force, up or down the gradient",
+      {.unit = "force", .minimum = 0, .maximum = 1e6});
+    d("max_adhesion", max_adhesion,
+      "Strongest adhesion that evolves; the load-time check of the time step does not know it",
+      {.unit = "force/length", .minimum = 0, .maximum = 1e6});
+    describe_body(d, *this);
   }
 };
 

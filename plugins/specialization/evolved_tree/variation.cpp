@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "somas/sdk/math.hpp"
 #include "somas/sdk/parameters.hpp"
 
 namespace somas::specialization {
@@ -14,6 +15,8 @@ namespace {
 constexpr double hair = 1e-9;
 // The largest share of the budget that moves in a step, and when a state is made.
 constexpr double small_move = 0.25, large_move = 1;
+// How often an attribute that is drawn anew goes back to where evolution began.
+constexpr double set_back = 0.25;
 
 /// A key that no state of the tree has.
 std::uint64_t new_key(const TreeGenes& tree, Rng& rng) {
@@ -22,23 +25,43 @@ std::uint64_t new_key(const TreeGenes& tree, Rng& rng) {
   return key;
 }
 
+/// A difference as a part of a range, at most 1.
+double relative(double difference, double range) {
+  if (difference == 0) return 0;
+  return range > 0 ? std::min(1.0, std::abs(difference) / range) : 1;
+}
+
 std::size_t any_of(const std::vector<std::size_t>& items, Rng& rng) {
   return items[static_cast<std::size_t>(rng.below(items.size()))];
+}
+
+/// The pairs of states of both trees, each as likely from either; of one parent alone as it says.
+void cross_pairs(TreeGenes& child, const TreeGenes& first, const TreeGenes& second, Rng& rng) {
+  child.pairs.clear();
+  for (std::size_t b = 1; b < child.states.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a) {
+      const std::uint64_t one = child.states[a].key, two = child.states[b].key;
+      const bool in_first = first.find(one) && first.find(two);
+      const bool in_second = second.find(one) && second.find(two);
+      if (!in_first && !in_second) continue;
+      const bool from_second = !in_first || (in_second && rng.chance(0.5));
+      child.set_adhesion(one, two, (from_second ? second : first).adhesion(one, two));
+    }
 }
 
 }  // namespace
 
 void TreeVariation::declare(std::span<const SkillInfo> skills) {
   skills_.clear();
-  double least = 0;
+  least_ = 0;
   for (const SkillInfo& skill : skills) {
     if (!(skill.spec.cost > 0)) continue;
     skills_.push_back({std::string(skill.name), stable_key(skill.name), skill.spec});
-    least += skill.spec.minimum * skill.spec.cost;
+    least_ += skill.spec.minimum * skill.spec.cost;
   }
   std::ranges::sort(skills_, {}, &EvolvingSkill::key);
-  if (least > p_.budget)
-    throw ParameterError("budget", "the least points of all skills cost " + std::to_string(least) +
+  if (least_ > p_.budget)
+    throw ParameterError("budget", "the least points of all skills cost " + std::to_string(least_) +
                                        ", more than the budget");
 }
 
@@ -51,15 +74,11 @@ double TreeVariation::spent(const std::vector<double>& points) const {
 }
 
 void TreeVariation::settle(std::vector<double>& points) const {
-  double least = 0;
-  for (std::size_t k = 0; k < skills_.size(); ++k) {
-    const SkillSpec& spec = skills_[k].spec;
-    points[k] = std::clamp(points[k], spec.minimum, spec.maximum);
-    least += spec.minimum * spec.cost;
-  }
+  for (std::size_t k = 0; k < skills_.size(); ++k)
+    points[k] = std::clamp(points[k], skills_[k].spec.minimum, skills_[k].spec.maximum);
   const double total = spent(points);
   if (total <= p_.budget) return;
-  const double keep = (p_.budget - least) / (total - least);
+  const double keep = (p_.budget - least_) / (total - least_);
   for (std::size_t k = 0; k < skills_.size(); ++k) {
     const double minimum = skills_[k].spec.minimum;
     points[k] = minimum + (points[k] - minimum) * keep;
@@ -80,6 +99,15 @@ void TreeVariation::move(std::vector<double>& points, double most, Rng& rng) con
   settle(points);
 }
 
+double TreeVariation::bought(std::size_t skill, double points) const {
+  const SkillSpec& spec = skills_[skill].spec;
+  const double to_spend = p_.budget - least_, spent = (points - spec.minimum) * spec.cost;
+  if (p_.returns == 1 || !(spent > 0)) return points;
+  const double share = std::min(1.0, spent / to_spend);
+  const double value = math::exp(p_.returns * math::log(share)) * to_spend / spec.cost;
+  return std::min(spec.maximum, spec.minimum + value);
+}
+
 // ---- heredity ----------------------------------------------------------------------------------
 
 void TreeVariation::random(const Layout&, Rng& rng, Genes& genes) const {
@@ -91,7 +119,12 @@ void TreeVariation::random(const Layout&, Rng& rng, Genes& genes) const {
   settle(points);
   // A little apart, so that no two founders are the same.
   move(points, 0.01, rng);
-  tree.add(stable_key("root"), no_parent, std::move(points));
+  std::vector<double> values;
+  for (const EvolvingAttribute& attribute : attributes_) {
+    tree.attributes.push_back(attribute.key);
+    values.push_back(attribute.start);
+  }
+  tree.add({stable_key("root"), no_parent, std::move(points), std::move(values)});
   encode(tree, genes);
 }
 
@@ -99,7 +132,11 @@ void TreeVariation::conform(const Layout&, Rng&, Genes& genes) const {
   const TreeGenes known = decode(genes);
   TreeGenes tree;
   for (const EvolvingSkill& skill : skills_) tree.skills.push_back(skill.key);
-  if (known.skills == tree.skills && fits(known)) return;
+  for (const EvolvingAttribute& attribute : attributes_) tree.attributes.push_back(attribute.key);
+  tree.pairs = conformed_pairs(known);
+  if (known.skills == tree.skills && known.attributes == tree.attributes && fits(known) &&
+      known.pairs == tree.pairs && attributes_fit(known))
+    return;
   for (const TreeState& state : known.states) {
     std::vector<double> points;
     for (const EvolvingSkill& skill : skills_) {
@@ -109,7 +146,7 @@ void TreeVariation::conform(const Layout&, Rng&, Genes& genes) const {
                            : state.points[static_cast<std::size_t>(at - known.skills.begin())]);
     }
     settle(points);
-    tree.add(state.key, state.parent, std::move(points));
+    tree.add({state.key, state.parent, std::move(points), conformed_attributes(known, state)});
   }
   while (!fits(tree)) {
     std::size_t last = tree.states.size() - 1;
@@ -120,6 +157,33 @@ void TreeVariation::conform(const Layout&, Rng&, Genes& genes) const {
   }
   tree.sort();
   encode(tree, genes);
+}
+
+std::vector<double> TreeVariation::conformed_attributes(const TreeGenes& known,
+                                                        const TreeState& state) const {
+  std::vector<double> values;
+  for (const EvolvingAttribute& attribute : attributes_) {
+    const auto at = std::ranges::find(known.attributes, attribute.key);
+    const auto place = static_cast<std::size_t>(at - known.attributes.begin());
+    values.push_back(
+        at == known.attributes.end()
+            ? attribute.start
+            : std::clamp(state.attributes[place], attribute.minimum, attribute.maximum));
+  }
+  return values;
+}
+
+std::vector<AdhesionGene> TreeVariation::conformed_pairs(const TreeGenes& known) const {
+  if (!p_.evolve_adhesion) return {};
+  std::vector<AdhesionGene> pairs = known.pairs;
+  for (AdhesionGene& pair : pairs) pair.strength = std::clamp(pair.strength, 0.0, p_.max_adhesion);
+  return pairs;
+}
+
+bool TreeVariation::attributes_fit(const TreeGenes& tree) const {
+  return std::ranges::all_of(tree.states, [&](const TreeState& state) {
+    return conformed_attributes(tree, state) == state.attributes;
+  });
 }
 
 bool TreeVariation::fits(const TreeGenes& tree) const {
@@ -155,8 +219,14 @@ void TreeVariation::mutate(const Layout&, Rng& rng, Genes& genes) const {
   const double add_weight = open_parents(tree).empty() ? 0 : p_.add_weight;
   const double split_weight = divisible(tree).empty() ? 0 : p_.split_weight;
   const double remove_weight = tree.states.size() < 2 ? 0 : p_.remove_weight;
-  double draw = rng.uniform() * (p_.move_weight + add_weight + split_weight + remove_weight);
-  if ((draw -= add_weight) < 0)
+  const double attribute_weight = attributes_.empty() ? 0 : p_.attribute_weight;
+  double draw = rng.uniform() * (p_.move_weight + add_weight + split_weight + remove_weight +
+                                 p_.redraw_weight + attribute_weight);
+  if ((draw -= attribute_weight) < 0)
+    redraw_attribute(tree, rng);
+  else if ((draw -= p_.redraw_weight) < 0)
+    redraw(tree, rng);
+  else if ((draw -= add_weight) < 0)
     add(tree, rng);
   else if ((draw -= split_weight) < 0)
     split(tree, rng);
@@ -173,18 +243,60 @@ void TreeVariation::shift(TreeGenes& tree, Rng& rng) const {
   move(tree.states[s].points, small_move, rng);
 }
 
+// Shares of independent exponential deviates are uniform over all ways to divide a whole.
+void TreeVariation::redraw(TreeGenes& tree, Rng& rng) const {
+  std::vector<double>& points =
+      tree.states[static_cast<std::size_t>(rng.below(tree.states.size()))].points;
+  double sum = 0;
+  for (double& share : points) sum += share = -math::log(1 - rng.uniform());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double share = sum > 0 ? points[k] / sum : 0;
+    const SkillSpec& spec = skills_[k].spec;
+    points[k] = spec.minimum + share * (p_.budget - least_) / spec.cost;
+  }
+  settle(points);
+}
+
+// Every value of every state, and every pair, is as likely as any other.
+void TreeVariation::redraw_attribute(TreeGenes& tree, Rng& rng) const {
+  const std::size_t states = tree.states.size();
+  const std::size_t values = states * attributes_.size();
+  const std::size_t pairs = p_.evolve_adhesion ? states * (states - 1) / 2 : 0;
+  std::size_t chosen = static_cast<std::size_t>(rng.below(values + pairs));
+  const bool back = rng.chance(set_back);
+  if (chosen < values) {
+    const EvolvingAttribute& attribute = attributes_[chosen % attributes_.size()];
+    tree.states[chosen / attributes_.size()].attributes[chosen % attributes_.size()] =
+        back ? attribute.start : rng.uniform(attribute.minimum, attribute.maximum);
+    return;
+  }
+  chosen -= values;
+  std::size_t second = 1;
+  for (; chosen >= second; ++second) chosen -= second;
+  const auto strength =
+      back ? std::nullopt : std::optional<double>(rng.uniform(0, p_.max_adhesion));
+  tree.set_adhesion(tree.states[chosen].key, tree.states[second].key, strength);
+}
+
+std::size_t TreeVariation::add_copy(TreeGenes& tree, std::size_t parent, Rng& rng) const {
+  TreeState copy = tree.states[parent];
+  const std::uint64_t origin = copy.key;
+  move(copy.points, large_move, rng);
+  copy.key = new_key(tree, rng);
+  copy.parent = parent;
+  for (const TreeState& other : tree.states)
+    if (const auto strength = tree.adhesion(origin, other.key); other.key != origin && strength)
+      tree.set_adhesion(copy.key, other.key, strength);
+  return tree.add(std::move(copy));
+}
+
 void TreeVariation::add(TreeGenes& tree, Rng& rng) const {
-  const std::size_t parent = any_of(open_parents(tree), rng);
-  std::vector<double> points = tree.states[parent].points;
-  move(points, large_move, rng);
-  tree.add(new_key(tree, rng), parent, std::move(points));
+  add_copy(tree, any_of(open_parents(tree), rng), rng);
 }
 
 void TreeVariation::split(TreeGenes& tree, Rng& rng) const {
   const std::size_t above = any_of(divisible(tree), rng);
-  std::vector<double> points = tree.states[above].points;
-  move(points, large_move, rng);
-  const std::size_t between = tree.add(new_key(tree, rng), above, std::move(points));
+  const std::size_t between = add_copy(tree, above, rng);
   for (std::size_t s = 0; s < between; ++s)
     if (tree.states[s].parent == above) tree.states[s].parent = between;
 }
@@ -197,13 +309,17 @@ void TreeVariation::cross(const Layout&, GenesView first, GenesView second, Rng&
                           Genes& child) const {
   TreeGenes tree = decode(first);
   const TreeGenes other = decode(second);
-  if (tree.skills != other.skills)
-    throw std::runtime_error("two trees of different skills cannot be crossed");
+  if (tree.skills != other.skills || tree.attributes != other.attributes)
+    throw std::runtime_error("two trees of different skills or attributes cannot be crossed");
   for (TreeState& state : tree.states) {
     const auto twin = other.find(state.key);
-    if (twin && rng.chance(0.5)) state.points = other.states[*twin].points;
+    if (!twin) continue;
+    if (rng.chance(0.5)) state.points = other.states[*twin].points;
+    for (std::size_t k = 0; k < tree.attributes.size(); ++k)
+      if (rng.chance(0.5)) state.attributes[k] = other.states[*twin].attributes[k];
   }
   graft(tree, other, rng);
+  if (p_.evolve_adhesion) cross_pairs(tree, decode(first), other, rng);
   tree.sort();
   encode(tree, child);
 }
@@ -213,77 +329,48 @@ void TreeVariation::graft(TreeGenes& tree, const TreeGenes& donor, Rng& rng) con
     if (state.parent == no_parent || tree.find(state.key)) continue;
     const auto parent = tree.find(donor.states[state.parent].key);
     if (!parent || !rng.chance(0.5)) continue;
-    tree.add(state.key, *parent, state.points);
+    tree.add({state.key, *parent, state.points, state.attributes});
     if (!fits(tree)) tree.remove(tree.states.size() - 1);
   }
 }
 
 double TreeVariation::distance(GenesView first, GenesView second) const {
   const TreeGenes a = decode(first), b = decode(second);
-  if (a.skills != b.skills) return 1;
+  if (a.skills != b.skills || a.attributes != b.attributes) return 1;
   double sum = 0;
   std::size_t shared = 0;
   for (const TreeState& state : a.states) {
     const auto twin = b.find(state.key);
     if (!twin) continue;
     ++shared;
-    double apart = 0;
-    for (std::size_t k = 0; k < state.points.size(); ++k)
-      apart += std::abs(state.points[k] - b.states[*twin].points[k]) *
-               (k < skills_.size() ? skills_[k].spec.cost : 1);
-    sum += std::min(1.0, 0.5 * apart / p_.budget);
+    sum += state_distance(state, b.states[*twin]);
   }
-  const std::size_t all = a.states.size() + b.states.size() - shared;
-  return (sum + static_cast<double>(all - shared)) / static_cast<double>(all);
+  std::size_t all = a.states.size() + b.states.size() - shared;
+  sum += static_cast<double>(all - shared);
+  for (const AdhesionGene& pair : a.pairs) {
+    const auto other = b.adhesion(pair.first, pair.second);
+    sum += other ? relative(pair.strength - *other, p_.max_adhesion) : 1;
+  }
+  all += a.pairs.size();
+  for (const AdhesionGene& pair : b.pairs)
+    if (!a.adhesion(pair.first, pair.second)) ++all, ++sum;
+  return sum / static_cast<double>(all);
 }
 
-// ---- JSON and checks ---------------------------------------------------------------------------
-
-void TreeVariation::to_json(GenesView genes, JsonWriter& out) const {
-  const TreeGenes tree = decode(genes);
-  out.open_list("skills");
-  for (const std::uint64_t key : tree.skills) {
-    const auto known = std::ranges::find(skills_, key, &EvolvingSkill::key);
-    out.open_object("");
-    out.key64("key", key);
-    out.text("name", known == skills_.end() ? "" : known->name);
-    out.close();
+double TreeVariation::state_distance(const TreeState& a, const TreeState& b) const {
+  double apart = 0;
+  for (std::size_t k = 0; k < a.points.size(); ++k)
+    apart += std::abs(a.points[k] - b.points[k]) * (k < skills_.size() ? skills_[k].spec.cost : 1);
+  double sum = std::min(1.0, 0.5 * apart / p_.budget);
+  for (std::size_t k = 0; k < a.attributes.size(); ++k) {
+    const double range =
+        k < attributes_.size() ? attributes_[k].maximum - attributes_[k].minimum : 1;
+    sum += relative(a.attributes[k] - b.attributes[k], range);
   }
-  out.close();
-  out.open_list("states");
-  for (const TreeState& state : tree.states) {
-    out.open_object("");
-    out.key64("key", state.key);
-    out.integer("parent", state.parent == no_parent ? -1 : static_cast<std::int64_t>(state.parent));
-    out.open_list("points");
-    for (const double points : state.points) out.number("", points);
-    out.close();
-    out.close();
-  }
-  out.close();
+  return sum / static_cast<double>(1 + a.attributes.size());
 }
 
-void TreeVariation::from_json(const JsonReader& in, Genes& genes) const {
-  TreeGenes tree;
-  const JsonReader& skills = in.member("skills");
-  for (std::size_t k = 0; k < skills.size(); ++k)
-    tree.skills.push_back(skills.item(k).member("key").key64());
-  const JsonReader& states = in.member("states");
-  for (std::size_t s = 0; s < states.size(); ++s) {
-    const JsonReader& from = states.item(s);
-    const std::int64_t parent = from.member("parent").integer();
-    const JsonReader& points = from.member("points");
-    if (points.size() != tree.skills.size() || parent < -1 || parent >= std::int64_t(s))
-      throw std::runtime_error("state " + std::to_string(s) +
-                               " needs an earlier parent and points in every skill");
-    std::vector<double> values;
-    for (std::size_t k = 0; k < points.size(); ++k) values.push_back(points.item(k).number());
-    tree.add(from.member("key").key64(), parent < 0 ? no_parent : static_cast<std::size_t>(parent),
-             std::move(values));
-  }
-  encode(tree, genes);
-  static_cast<void>(decode(genes));
-}
+// ---- checks ----------------------------------------------------------------------------------
 
 void TreeVariation::check(const Layout&, GenesView genes) const {
   static_cast<void>(fitting(genes));
@@ -293,6 +380,10 @@ TreeGenes TreeVariation::fitting(GenesView genes) const {
   TreeGenes tree = decode(genes);
   const bool same = std::ranges::equal(tree.skills, skills_, {}, {}, &EvolvingSkill::key);
   if (!same) throw std::runtime_error("the genes of the tree are for other skills");
+  if (!std::ranges::equal(tree.attributes, attributes_, {}, {}, &EvolvingAttribute::key))
+    throw std::runtime_error("the genes of the tree are for other evolving attributes");
+  if (!attributes_fit(tree) || conformed_pairs(tree) != tree.pairs)
+    throw std::runtime_error("an attribute or an adhesion of the tree is outside its range");
   if (!fits(tree))
     throw std::runtime_error("the genes hold " + std::to_string(tree.states.size()) + " states, " +
                              std::to_string(tree.depth()) + " deep; at most " +

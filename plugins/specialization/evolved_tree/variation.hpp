@@ -7,6 +7,7 @@
 
 #include "somas/sdk/specialization.hpp"
 
+#include "plugins/specialization/evolved_tree/attributes.hpp"
 #include "plugins/specialization/evolved_tree/genes.hpp"
 #include "plugins/specialization/evolved_tree/parameters.hpp"
 
@@ -21,26 +22,38 @@ struct EvolvingSkill {
 
 class TreeVariation final : public Heritable {
  public:
-  explicit TreeVariation(const EvolvedTreeParameters& parameters) : p_(parameters) {}
+  /// Throws ParameterError as evolving_attributes does.
+  explicit TreeVariation(const EvolvedTreeParameters& parameters)
+      : p_(parameters), attributes_(evolving_attributes(parameters)) {}
 
   /// The skills that evolve are those with a price. Throws ParameterError when the budget does not
   /// even pay their minima.
   void declare(std::span<const SkillInfo> skills);
   [[nodiscard]] std::span<const EvolvingSkill> skills() const { return skills_; }
+  [[nodiscard]] std::span<const EvolvingAttribute> attributes() const { return attributes_; }
+  /// What points in an evolving skill (its place in `skills`) buy, within the skill's range. With
+  /// B the budget less the least points of all skills, and s what is spent on this one above its
+  /// least points: least + B (s / B)^returns / price.
+  [[nodiscard]] double bought(std::size_t skill, double points) const;
 
-  /// One state whose budget is spread evenly.
+  /// One state whose budget is spread evenly, its attributes as in a tree without evolving ones.
   void random(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// Points of skills that both know stay; new skills begin at their minimum. States too many or
-  /// too deep are removed, the last first.
+  /// Points and attributes that both know stay, within their ranges; new skills begin at their
+  /// minimum, new attributes at their start. States too many or too deep are removed, the last
+  /// first.
   void conform(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// One of: moving points between two skills of a state; a new state below another, with its
-  /// points but for one large move; a new state between another and its children; removing a state.
+  /// One of: moving points between two skills of a state; a new state below another, a copy of it
+  /// but for one large move of points; a new state between another and its children; removing a
+  /// state; spending a state's points anew; drawing one attribute of a state or the adhesion of a
+  /// pair anew.
   void mutate(const Layout& layout, Rng& rng, Genes& genes) const override;
-  /// The first parent's tree; the points of each state that both have come from either. States that
-  /// only the second has are grafted below a state that both have, each as likely as not.
+  /// The first parent's tree; of each state that both have, the points and each attribute come from
+  /// either. States that only the second has are grafted below a state that both have, each as
+  /// likely as not. Adhesions of pairs come from either parent that has both states.
   void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override;
-  /// Share of the budget that is spent otherwise, averaged over all states of both; a state that
+  /// Share of the budget that is spent otherwise (with attributes: its mean with their differences
+  /// relative to their ranges), averaged over all states and pairs of both; a state or pair that
   /// one of the two lacks counts 1.
   [[nodiscard]] double distance(GenesView first, GenesView second) const override;
   void to_json(GenesView genes, JsonWriter& out) const override;
@@ -53,8 +66,16 @@ class TreeVariation final : public Heritable {
  private:
   [[nodiscard]] double spent(const std::vector<double>& points) const;
   void settle(std::vector<double>& points) const;
+  [[nodiscard]] std::vector<double> conformed_attributes(const TreeGenes& known,
+                                                         const TreeState& state) const;
+  [[nodiscard]] std::vector<AdhesionGene> conformed_pairs(const TreeGenes& known) const;
+  [[nodiscard]] bool attributes_fit(const TreeGenes& tree) const;
+  [[nodiscard]] double state_distance(const TreeState& a, const TreeState& b) const;
   void move(std::vector<double>& points, double most, Rng& rng) const;
   void shift(TreeGenes& tree, Rng& rng) const;
+  void redraw(TreeGenes& tree, Rng& rng) const;
+  void redraw_attribute(TreeGenes& tree, Rng& rng) const;
+  std::size_t add_copy(TreeGenes& tree, std::size_t parent, Rng& rng) const;
   void add(TreeGenes& tree, Rng& rng) const;
   void split(TreeGenes& tree, Rng& rng) const;
   void remove(TreeGenes& tree, Rng& rng) const;
@@ -65,6 +86,8 @@ class TreeVariation final : public Heritable {
 
   EvolvedTreeParameters p_;
   std::vector<EvolvingSkill> skills_;  ///< by ascending key
+  double least_ = 0;                   ///< what the least points of all skills cost
+  std::vector<EvolvingAttribute> attributes_;
 };
 
 }  // namespace somas::specialization

@@ -16,6 +16,8 @@
 #include "somas/sdk/parameters.hpp"
 #include "somas/sdk/specialization.hpp"
 
+#include "plugins/specialization/common/body.hpp"
+
 namespace somas::specialization {
 
 class Tree final : public Specialization {
@@ -41,15 +43,7 @@ class Tree final : public Specialization {
     void describe(Describe& d) {
       d("name", name, "Name of the state, unique in the tree", {.required = true});
       d("parent", parent, "State that specializes into this one; left out: this is the root");
-      d("mass", mass, "Mass of a cell", {.unit = "mass", .minimum = 0, .minimum_open = true});
-      d("radius", radius, "Radius of a cell that is not dividing",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
-      d("stiffness", stiffness, "Stiffness of the collision spring",
-        {.unit = "force/length", .minimum = 0});
-      d("adhesion", adhesion, "Strength of the adhesion spring",
-        {.unit = "force/length", .minimum = 0});
-      d("adhesion_range", adhesion_range,
-        "Distance at which adhesion begins, over the sum of both radii", {.minimum = 1});
+      describe_body(d, *this);
       d("motility", motility,
         "Force with which a cell crawls along the gradient of a morphogen: up when positive, down "
         "when negative",

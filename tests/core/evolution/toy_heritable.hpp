@@ -2,6 +2,7 @@
 // of its layout (one alone without ports), and mutations count upwards.
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <vector>
 
@@ -27,11 +28,13 @@ class ToyHeritable final : public Heritable {
   void mutate(const Layout&, Rng& rng, Genes& genes) const override {
     ++genes[rng.below(genes.size())];
   }
-  void cross(const Layout&, GenesView first, GenesView second, Rng& rng,
+  void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override {
-    child.assign(first.begin(), first.end());
-    for (std::size_t i = 0; i < child.size(); ++i)
-      if (rng.chance(0.5)) child[i] = second[i];
+    const GenesView longer = first.size() > second.size() ? first : second;
+    child.assign(longer.begin(), longer.end());
+    for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i)
+      child[i] = rng.chance(0.5) ? second[i] : first[i];
+    conform(layout, rng, child);
   }
   [[nodiscard]] double distance(GenesView first, GenesView second) const override {
     double sum = 0;

@@ -296,6 +296,48 @@ TEST(CtrnnCrossover, InheritsNeuronsWhole) {
     EXPECT_NEAR(count, 500, 5 * std::sqrt(8000 * 15.0 / 256)) << pattern;
 }
 
+// a knows states n and s, b only n: a neuron from b has its weights of s from a.
+TEST(CtrnnCrossover, TakesWeightsOfInputsThatOneParentHasFromThatOne) {
+  const TestLayout small({"n"}, {"a"}, {"x"});
+  const TestLayout large({"n", "s"}, {"a"}, {"x", "y"});
+  const Ctrnn ctrnn = with_hidden(1);
+  const Genes a = random_genes(ctrnn.heritable(), large.view(), 1);
+  const Genes b = random_genes(ctrnn.heritable(), small.view(), 2);
+  const Network first = decode(a), second = decode(b);
+  const auto weight = [](const Network& network, std::size_t row, const Port& port) {
+    const std::size_t input = *common::find_key(network.inputs, port.key);
+    return network.neuron(row)[Network::first_weight + network.hidden + input];
+  };
+  const std::size_t y = 1 + *common::find_key(first.outputs, large.view().outputs[1].key);
+  const Port &of_n = large.view().inputs[0], &of_s = large.view().inputs[1];
+  std::set<bool> hidden_from_a;
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    Rng rng = test_rng(i);
+    Genes child;
+    ctrnn.heritable().cross(large.view(), i % 2 ? b : a, i % 2 ? a : b, rng, child);
+    const Network c = decode(child);
+    EXPECT_TRUE(std::ranges::equal(c.neuron(y), first.neuron(y))) << "b has no such neuron";
+    EXPECT_EQ(weight(c, 0, of_s), weight(first, 0, of_s));
+    hidden_from_a.insert(weight(c, 0, of_n) == weight(first, 0, of_n));
+    EXPECT_TRUE(weight(c, 0, of_n) == weight(first, 0, of_n) ||
+                weight(c, 0, of_n) == weight(second, 0, of_n));
+  }
+  EXPECT_EQ(hidden_from_a.size(), 2u);
+}
+
+TEST(CtrnnGenes, WeightsFromANewStateBeginAsThoseOfTheStateAbove) {
+  const TestLayout small({"n"}, {"a"}, {"x"});
+  const TestLayout large({"n", "s"}, {"a"}, {"x"});
+  const Ctrnn ctrnn = with_hidden(1);
+  Genes genes = random_genes(ctrnn.heritable(), small.view(), 1);
+  Rng rng = test_rng(2);
+  ctrnn.heritable().conform(large.view(), rng, genes);
+  const Network network = decode(genes);
+  for (std::size_t row = 0; row < network.rows(); ++row)
+    EXPECT_EQ(network.neuron(row)[Network::first_weight + 1],
+              network.neuron(row)[Network::first_weight + 2]);
+}
+
 // Both lack nothing but: a has bias 16 where b has -16 (1), and b's tau is 10.5 against 1 (0.5):
 // 1.5 over the 3 genes (bias, tau, weight) of the only neuron.
 TEST(CtrnnDistance, IsTheMeanOverGenes) {

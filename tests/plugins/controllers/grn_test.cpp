@@ -736,16 +736,48 @@ TEST(GrnCrossover, PairsNothingAtTheThreshold) {
   }
 }
 
-TEST(GrnCrossover, RefusesParentsWithDifferentPorts) {
-  const TestLayout one({"n"}, {"a"}, {"x"});
-  const TestLayout two({"n"}, {"b"}, {"x"});
+// a has ports of n and s, b of n and t, the child of n and s: s always comes from a, n from either.
+TEST(GrnCrossover, TakesPortsThatOneParentHasFromThatOne) {
+  const TestLayout with_s({"n", "s"}, {"a"}, {"x", "specialize.s"});
+  const TestLayout with_t({"n", "t"}, {"a"}, {"x", "specialize.t"});
   const Grn grn{Parameters{}};
-  Rng rng = test_rng(1);
-  Genes child;
-  const Genes a = random_genes(grn.heritable(), one.view(), 1);
-  const Genes b = random_genes(grn.heritable(), two.view(), 1);
-  EXPECT_THAT(error_of([&] { grn.heritable().cross(one.view(), a, b, rng, child); }).value_or(""),
-              HasSubstr("different ports"));
+  const Genes a = random_genes(grn.heritable(), with_s.view(), 1);
+  const Genes b = random_genes(grn.heritable(), with_t.view(), 2);
+  const Network left = decode(a);
+  const auto of = [](const PortProteins& ports, const Port& port) {
+    return ports.proteins[*common::find_key(ports.keys, port.key)];
+  };
+  const Layout layout = with_s.view();
+  std::set<bool> from_a;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    Rng rng = test_rng(i);
+    Genes child;
+    const bool swap = i % 2 == 1;
+    grn.heritable().cross(layout, swap ? b : a, swap ? a : b, rng, child);
+    grn.heritable().check(layout, child);
+    const Network c = decode(child);
+    EXPECT_EQ(of(c.inputs, layout.inputs[1]), of(left.inputs, layout.inputs[1]));
+    EXPECT_EQ(of(c.outputs, layout.outputs[1]), of(left.outputs, layout.outputs[1]));
+    from_a.insert(of(c.inputs, layout.inputs[0]) == of(left.inputs, layout.inputs[0]));
+  }
+  EXPECT_EQ(from_a.size(), 2u);
+}
+
+TEST(GrnGenes, InputsOfANewStateBeginAsThoseOfTheStateAbove) {
+  const TestLayout small({"n"}, {"a", "b"}, {"x"});
+  const TestLayout large({"n", "s"}, {"a", "b"}, {"x", "specialize.s"});
+  const Grn grn{Parameters{}};
+  Genes genes = random_genes(grn.heritable(), small.view(), 1);
+  Rng rng = test_rng(2);
+  grn.heritable().conform(large.view(), rng, genes);
+  const Network network = decode(genes);
+  const auto input = [&](std::size_t port) {
+    const std::uint64_t key = large.view().inputs[port].key;
+    return network.inputs.proteins[*common::find_key(network.inputs.keys, key)];
+  };
+  EXPECT_EQ(input(2), input(0));
+  EXPECT_EQ(input(3), input(1));
+  EXPECT_NE(input(0), input(1));
 }
 
 TEST(GrnDistance, IsTheMeanOverRatesAndProteins) {

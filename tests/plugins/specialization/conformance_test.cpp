@@ -57,7 +57,12 @@ TEST_P(SpecializationConformance, KeepsTheContract) {
 
 INSTANTIATE_TEST_SUITE_P(Bundled, SpecializationConformance,
                          ::testing::Values(conforms<Tree>("tree", three_states()),
-                                           conforms<EvolvedTree>("evolved_tree", {.budget = 9})),
+                                           conforms<EvolvedTree>("evolved_tree", {.budget = 9}),
+                                           conforms<EvolvedTree>("evolved_tree_attributes",
+                                                                 {.returns = 2.5,
+                                                                  .evolve_motility = true,
+                                                                  .evolve_adhesion = true,
+                                                                  .evolve_thresholds = true})),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -1,12 +1,20 @@
 #include "plugins/specialization/evolved_tree/evolved_tree.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include <gmock/gmock.h>
 
+#include "somas/sdk/testing/specialization.hpp"
+
+#include "core/evolution/heredity.hpp"
 #include "core/model/ecosystem.hpp"
 #include "plugins/controllers/grn/grn.hpp"
+#include "plugins/controllers/grn/network.hpp"
 #include "plugins/fitness/survival_time/survival_time.hpp"
 #include "tests/plugins/controllers/support.hpp"
 
@@ -125,6 +133,29 @@ TEST(EvolvedTree, MutationsGrowSplitAndRemoveStates) {
   EXPECT_EQ(decode(genes).states[0].key, stable_key("root")) << "the root stays";
 }
 
+// Of three equal skills each has more than half of the budget in a quarter of all ways.
+TEST(EvolvedTree, MutationsSpendAStatesPointsAnewInEveryWay) {
+  const EvolvedTree tree = evolved({.budget = 10,
+                                    .move_weight = 0,
+                                    .add_weight = 0,
+                                    .split_weight = 0,
+                                    .remove_weight = 0,
+                                    .redraw_weight = 1},
+                                   std::vector<SkillInfo>{{"a", {}}, {"b", {}}, {"c", {}}});
+  Genes genes = start(tree);
+  Rng rng = test_rng(10);
+  std::array<int, 3> more_than_half{};
+  const int draws = 4000;
+  for (int k = 0; k < draws; ++k) {
+    tree.heritable()->mutate({}, rng, genes);
+    const std::vector<double> points = decode(genes).states[0].points;
+    EXPECT_NEAR(points[0] + points[1] + points[2], 10, 1e-9) << "all is spent";
+    for (std::size_t s = 0; s < 3; ++s) more_than_half[s] += points[s] > 5;
+  }
+  for (const int count : more_than_half)
+    EXPECT_NEAR(count, draws / 4.0, 4 * std::sqrt(draws * 3.0 / 16));
+}
+
 TEST(EvolvedTree, ASurvivingStateKeepsItsPortsGenes) {
   Wired wired({.move_weight = 0, .add_weight = 1, .split_weight = 0, .remove_weight = 0});
   const Heritable& network = wired.ecosystem.controller().heritable();
@@ -142,6 +173,36 @@ TEST(EvolvedTree, ASurvivingStateKeepsItsPortsGenes) {
   EXPECT_GT(large.size(), small.size());
   network.conform(one, rng, large);
   EXPECT_EQ(large, small) << "what the root's ports learned has come through unchanged";
+}
+
+// The father has states that the mother lacks: the child's ports of grafted states are the
+// father's.
+TEST(EvolvedTree, AGraftedStateBringsTheGenesOfItsPorts) {
+  Wired wired({.move_weight = 0, .add_weight = 1, .split_weight = 0, .remove_weight = 0});
+  const evolution::Heredity heredity(wired.ecosystem);
+  Rng rng = test_rng(9);
+  const model::Genome mother = heredity.random(rng);
+  model::Genome father = heredity.random(rng);
+  while (decode(father.tree).states.size() < 3) heredity.mutate(father, rng);
+
+  const auto inputs_of = [&](const model::Genome& genome) {
+    return grn::decode(genome.controller).inputs;
+  };
+  const grn::PortProteins fathers = inputs_of(father), mothers = inputs_of(mother);
+  std::size_t grafted = 0;
+  for (int k = 0; k < 60; ++k) {
+    const bool swap = k % 2 == 1;
+    const model::Genome child = heredity.cross(swap ? father : mother, swap ? mother : father, rng);
+    const grn::PortProteins inputs = inputs_of(child);
+    for (std::size_t i = 0; i < inputs.keys.size(); ++i) {
+      if (common::find_key(mothers.keys, inputs.keys[i])) continue;
+      const auto at = common::find_key(fathers.keys, inputs.keys[i]);
+      ASSERT_TRUE(at.has_value());
+      EXPECT_EQ(inputs.proteins[i], fathers.proteins[*at]);
+      ++grafted;
+    }
+  }
+  EXPECT_GT(grafted, 0u);
 }
 
 TEST(EvolvedTree, CrossingTakesPointsOfCommonStatesAndGraftsOthers) {
@@ -192,6 +253,234 @@ TEST(EvolvedTree, RefusesDamagedGenesWithoutCrashing) {
       } catch (const std::runtime_error&) {
       }
     }
+}
+
+// ---- attributes --------------------------------------------------------------------------------
+
+const EvolvedTree::Parameters all_evolve{.budget = 9,
+                                         .evolve_motility = true,
+                                         .evolve_adhesion = true,
+                                         .evolve_thresholds = true,
+                                         .max_motility = 2,
+                                         .max_adhesion = 5};
+
+double attribute(const TreeGenes& genes, std::size_t state, const char* name) {
+  const auto at = std::ranges::find(genes.attributes, stable_key(name));
+  EXPECT_NE(at, genes.attributes.end()) << name;
+  return genes.states[state].attributes[static_cast<std::size_t>(at - genes.attributes.begin())];
+}
+
+std::vector<somas::testing::GrownState> grown(const EvolvedTree& tree, GenesView genes) {
+  somas::testing::TestTreeSink sink(skills);
+  tree.grow(genes, skills, sink);
+  return sink.states;
+}
+
+TEST(EvolvedTreeAttributes, DoNotEvolveUnlessTheExperimentSaysSo) {
+  const EvolvedTree tree = evolved();
+  Genes genes = start(tree);
+  Rng rng = test_rng(1);
+  for (int k = 0; k < 200; ++k) tree.heritable()->mutate({}, rng, genes);
+  EXPECT_TRUE(decode(genes).attributes.empty());
+  EXPECT_TRUE(decode(genes).pairs.empty());
+  for (const auto& state : grown(tree, genes)) {
+    EXPECT_EQ(state.motility, 0);
+    EXPECT_EQ(state.adhesion, 3);
+    EXPECT_EQ(state.thresholds, (std::array<double, 4>{}));
+    EXPECT_TRUE(state.adhesion_with.empty());
+  }
+}
+
+TEST(EvolvedTreeAttributes, BeginAsInATreeWhoseAttributesDoNotEvolve) {
+  const EvolvedTree tree = evolved(all_evolve);
+  const auto states = grown(tree, start(tree));
+  ASSERT_EQ(states.size(), 1u);
+  EXPECT_EQ(states[0].motility, 0);
+  EXPECT_EQ(states[0].adhesion, 3);
+  EXPECT_EQ(states[0].thresholds, (std::array<double, 4>{}));
+}
+
+TEST(EvolvedTreeAttributes, KeepTheLawsOfHeredity) {
+  const EvolvedTree tree = evolved(all_evolve);
+  somas::testing::expect_laws_of_heredity(*tree.heritable(), {}, 300);
+}
+
+TEST(EvolvedTreeAttributes, StayWithinTheirRangesForTenThousandMutations) {
+  const EvolvedTree tree = evolved(all_evolve);
+  Wired wired(all_evolve);
+  Genes genes = start(tree), other = start(tree, 2), in_world = start(*wired.tree);
+  Rng rng = test_rng(3);
+  std::set<std::uint32_t> signals;
+  bool down = false, up = false, set_pair = false, threshold = false;
+  for (int event = 0; event < 10000; ++event) {
+    tree.heritable()->mutate({}, rng, genes);
+    wired.tree->heritable()->mutate({}, rng, in_world);
+    if (event % 10 == 9) {
+      Genes child;
+      tree.heritable()->cross({}, genes, other, rng, child);
+      other = std::exchange(genes, child);
+    }
+    ASSERT_NO_THROW(tree.heritable()->check({}, genes)) << event;
+    ASSERT_NO_THROW(static_cast<void>(wired.ecosystem.grow(in_world))) << event;
+    for (const auto& state : grown(tree, genes)) {
+      ASSERT_LE(std::abs(state.motility), 2);
+      ASSERT_TRUE(state.adhesion >= 0 && state.adhesion <= 5) << state.adhesion;
+      for (const double strength : state.adhesion_with) ASSERT_LE(strength, 5);
+      signals.insert(state.motility_signal);
+      up = up || state.motility > 1.5;
+      down = down || state.motility < -1.5;
+      set_pair =
+          set_pair || std::ranges::any_of(state.adhesion_with, [](double s) { return s > 4; });
+      threshold = threshold || state.thresholds[1] > 0.9;
+    }
+  }
+  EXPECT_EQ(signals, (std::set<std::uint32_t>{0, 1, 2})) << "all morphogens are followed";
+  EXPECT_TRUE(up && down && set_pair && threshold) << "the ranges are used";
+}
+
+TEST(EvolvedTreeAttributes, SurviveJsonToTheLastBit) {
+  const EvolvedTree tree = evolved(all_evolve);
+  Genes genes = start(tree);
+  Rng rng = test_rng(4);
+  std::size_t most_pairs = 0;
+  for (int k = 0; k < 500; ++k) {
+    tree.heritable()->mutate({}, rng, genes);
+    ASSERT_EQ(somas::testing::detail::through_json(*tree.heritable(), genes), genes);
+    most_pairs = std::max(most_pairs, decode(genes).pairs.size());
+  }
+  EXPECT_GT(most_pairs, 0u);
+}
+
+TEST(EvolvedTreeAttributes, MutationDrawsOneAnew) {
+  EvolvedTree::Parameters parameters = all_evolve;
+  parameters.move_weight = parameters.add_weight = 0;
+  parameters.split_weight = parameters.remove_weight = 0;
+  const EvolvedTree tree = evolved(parameters);
+  const Genes before = start(tree);
+  const TreeState old = decode(before).states[0];
+  Rng rng = test_rng(5);
+  std::set<std::size_t> changed;
+  for (int k = 0; k < 200; ++k) {
+    Genes genes = before;
+    tree.heritable()->mutate({}, rng, genes);
+    const TreeState now = decode(genes).states[0];
+    EXPECT_EQ(now.points, old.points);
+    std::size_t differing = 0;
+    for (std::size_t a = 0; a < old.attributes.size(); ++a)
+      if (now.attributes[a] != old.attributes[a]) {
+        ++differing;
+        changed.insert(a);
+      }
+    EXPECT_LE(differing, 1u);
+  }
+  EXPECT_EQ(changed.size(), 7u) << "motility, its signal, adhesion, four thresholds";
+}
+
+TEST(EvolvedTreeAttributes, ANewStateIsACopyOfTheOneAbove) {
+  EvolvedTree::Parameters parameters = all_evolve;
+  parameters.move_weight = parameters.attribute_weight = 0;
+  parameters.split_weight = parameters.remove_weight = 0;
+  const EvolvedTree tree = evolved(parameters);
+  TreeGenes genes = decode(start(tree));
+  for (double& value : genes.states[0].attributes) value = 0.25;
+  genes.add({7, 0, genes.states[0].points, genes.states[0].attributes});
+  genes.set_adhesion(7, genes.states[0].key, 1.5);
+  genes.sort();
+  Genes bytes;
+  encode(genes, bytes);
+  Rng rng = test_rng(6);
+  tree.heritable()->mutate({}, rng, bytes);
+  const TreeGenes made = decode(bytes);
+  ASSERT_EQ(made.states.size(), 3u);
+  for (std::size_t s = 0; s < 3; ++s) EXPECT_EQ(attribute(made, s, "motility"), 0.25);
+  ASSERT_EQ(made.pairs.size(), 2u) << "the copy adheres to others as its origin does";
+  EXPECT_EQ(made.pairs[1].strength, 1.5);
+}
+
+TEST(EvolvedTreeAttributes, CrossingTakesEachAndEveryPairFromEitherParent) {
+  const EvolvedTree tree = evolved(all_evolve);
+  TreeGenes mother = decode(start(tree));
+  mother.add({7, 0, mother.states[0].points, mother.states[0].attributes});
+  TreeGenes father = mother;
+  for (double& value : father.states[1].attributes) value = 0.5;
+  father.set_adhesion(7, father.states[0].key, 4);
+  Genes first, second;
+  encode(mother, first);
+  encode(father, second);
+  std::set<double> motilities, thresholds;
+  std::set<bool> paired;
+  for (std::uint64_t k = 0; k < 100; ++k) {
+    Rng rng = test_rng(k);
+    Genes child;
+    tree.heritable()->cross({}, first, second, rng, child);
+    const TreeGenes made = decode(child);
+    motilities.insert(attribute(made, 1, "motility"));
+    thresholds.insert(attribute(made, 1, "division_threshold"));
+    paired.insert(!made.pairs.empty());
+  }
+  EXPECT_EQ(motilities, (std::set<double>{0, 0.5}));
+  EXPECT_EQ(thresholds, (std::set<double>{0, 0.5}));
+  EXPECT_EQ(paired.size(), 2u);
+}
+
+TEST(EvolvedTreeAttributes, ConformToAnExperimentThatLetsOthersEvolve) {
+  const EvolvedTree tree = evolved(all_evolve), plain = evolved({.budget = 9});
+  EvolvedTree::Parameters narrow = all_evolve;
+  narrow.evolve_thresholds = false;
+  narrow.max_motility = 0.1;
+  narrow.max_adhesion = 3;
+  const EvolvedTree other = evolved(narrow);
+  Genes genes = start(tree);
+  Rng rng = test_rng(7);
+  for (int k = 0; k < 100; ++k) tree.heritable()->mutate({}, rng, genes);
+  for (const EvolvedTree* next : {&other, &plain, &tree}) {
+    EXPECT_THROW(next->heritable()->check({}, genes), std::runtime_error);
+    next->heritable()->conform({}, rng, genes);
+    EXPECT_NO_THROW(next->heritable()->check({}, genes));
+    const Genes before = genes;
+    next->heritable()->conform({}, rng, genes);
+    EXPECT_EQ(genes, before);
+  }
+}
+
+TEST(EvolvedTreeAttributes, RefusesAStartBeyondTheirRange) {
+  try {
+    evolved({.evolve_adhesion = true, .max_adhesion = 2});
+    FAIL();
+  } catch (const ParameterError& error) {
+    EXPECT_EQ(error.path(), "max_adhesion");
+  }
+}
+
+// ---- returns -----------------------------------------------------------------------------------
+
+// With a budget of 12 and all of it in three parts: 12 (1/3)^2 of each at its price.
+TEST(EvolvedTree, AcceleratingReturnsFavourSpecialists) {
+  const std::vector<SkillInfo> three = {{"a", {}}, {"b", {}}, {"c", {.maximum = 5, .cost = 2}}};
+  const EvolvedTree linear = evolved({.budget = 12}, three);
+  const EvolvedTree square = evolved({.budget = 12, .returns = 2}, three);
+  TreeGenes genes = decode(start(linear));
+  const auto values = [&](const EvolvedTree& tree, double a, double b, double c) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const bool is_a = genes.skills[k] == stable_key("a"),
+                 is_b = genes.skills[k] == stable_key("b");
+      genes.states[0].points[k] = is_a ? a : is_b ? b : c;
+    }
+    Genes bytes;
+    encode(genes, bytes);
+    somas::testing::TestTreeSink sink(three);
+    tree.grow(bytes, three, sink);
+    return sink.states[0].skills;
+  };
+  EXPECT_EQ(values(linear, 4, 4, 2), (std::vector<double>{4, 4, 2}));
+  const std::vector<double> even = values(square, 4, 4, 2);
+  EXPECT_NEAR(even[0], 12.0 / 9, 1e-12);
+  EXPECT_NEAR(even[1], 12.0 / 9, 1e-12);
+  EXPECT_NEAR(even[2], 12.0 / 9 / 2, 1e-12);
+  EXPECT_NEAR(values(square, 12, 0, 0)[0], 12, 1e-12) << "a specialist has all of it";
+  EXPECT_NEAR(values(square, 6, 6, 0)[0], 3, 1e-12) << "half of the budget buys a quarter";
+  const EvolvedTree roots = evolved({.budget = 12, .returns = 0.5}, three);
+  EXPECT_EQ(values(roots, 0, 0, 5)[2], 5) << "never beyond the range of the skill";
 }
 
 TEST(EvolvedTree, RefusesABudgetThatDoesNotPayTheLeastPoints) {

@@ -43,13 +43,19 @@ class Honest : public Heritable {
     if (!pairs.empty()) pairs[rng.below(pairs.size())].second = rng.uniform();
     genes = encode(pairs);
   }
-  void cross(const Layout&, GenesView first, GenesView second, Rng& rng,
+  void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
              Genes& child) const override {
     Pairs pairs = decode(first);
-    const Pairs other = decode(second);
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      if (rng.chance(0.5)) pairs[i].second = other[i].second;
+    for (const auto& pair : decode(second)) {
+      const auto known = std::find_if(pairs.begin(), pairs.end(),
+                                      [&](const auto& one) { return one.first == pair.first; });
+      if (known == pairs.end())
+        pairs.push_back(pair);
+      else if (rng.chance(0.5))
+        known->second = pair.second;
+    }
     child = encode(pairs);
+    conform(layout, rng, child);
   }
   [[nodiscard]] double distance(GenesView first, GenesView second) const override {
     const Pairs a = decode(first), b = decode(second);
@@ -229,6 +235,47 @@ TEST(CheckHeritable, FindsConformedGenesThatDoNotFit) {
     void conform(const Layout&, Rng&, Genes&) const override {}
   };
   EXPECT_THAT(found(Faulty{}), Contains(HasSubstr("conformed genes do not fit")));
+}
+
+TEST(CheckHeritable, FindsCrossingThatKnowsNoOtherPortsThanTheFirstParents) {
+  class Faulty final : public Honest {
+    void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
+               Genes& child) const override {
+      Pairs pairs = decode(first);
+      const Pairs other = decode(second);
+      for (std::size_t i = 0; i < std::min(pairs.size(), other.size()); ++i)
+        if (pairs[i].first == other[i].first && rng.chance(0.5)) pairs[i].second = other[i].second;
+      child = encode(pairs);
+      conform(layout, rng, child);
+    }
+  };
+  EXPECT_THAT(found(Faulty{}),
+              Contains(HasSubstr("a parent and itself with fewer ports have another child")));
+}
+
+TEST(CheckHeritable, FindsCrossingThatMixesFreshPortsIn) {
+  class Faulty final : public Honest {
+    void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
+               Genes& child) const override {
+      Genes mother(first.begin(), first.end()), father(second.begin(), second.end());
+      conform(layout, rng, mother);
+      conform(layout, rng, father);
+      Honest::cross(layout, mother, father, rng, child);
+    }
+  };
+  EXPECT_THAT(found(Faulty{}),
+              Contains(HasSubstr("a parent and itself with fewer ports have another child")));
+}
+
+TEST(CheckHeritable, FindsChildrenWithPortsThatTheirLayoutLacks) {
+  class Faulty final : public Honest {
+    void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
+               Genes& child) const override {
+      Honest::cross(layout, first, second, rng, child);
+      if (first.size() > child.size()) child.assign(first.begin(), first.end());
+    }
+  };
+  EXPECT_THAT(found(Faulty{}), Contains(HasSubstr("do not fit")));
 }
 
 TEST(CheckHeritable, FindsChanceFromElsewhere) {

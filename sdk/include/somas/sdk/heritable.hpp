@@ -52,20 +52,24 @@ class JsonReader {
 ///
 /// All calls are const, may run concurrently on one instance, and draw chance from `rng` alone, so
 /// that variation is a pure function of its arguments. Laws, checked by the host's tests: `random`
-/// and `conform` give genes that fit `layout`; `mutate` and `cross` of fitting genes fit; `cross`
-/// of a parent with itself is that parent; distance(a, a) = 0 and is symmetric;
-/// from_json(to_json(g)) equals g to the last byte.
+/// and `conform` give genes that fit `layout`; `mutate` of fitting genes fits, and so does `cross`;
+/// `cross` of a parent with itself, or with itself after it lost ports, is that parent;
+/// distance(a, a) = 0 and is symmetric; from_json(to_json(g)) equals g to the last byte.
 class Heritable {
  public:
   virtual ~Heritable() = default;
   /// Fresh random genes into `genes` (its old content is overwritten).
   virtual void random(const Layout& layout, Rng& rng, Genes& genes) const = 0;
-  /// Makes genes of another layout fit this one: ports are matched by key, new ones drawn, lost
-  /// ones dropped. Leaves genes that already fit untouched.
+  /// Makes genes of another layout fit this one: ports are matched by key, lost ones dropped, new
+  /// ones drawn or, those of a new state, copied from the state above it. Leaves genes that already
+  /// fit untouched.
   virtual void conform(const Layout& layout, Rng& rng, Genes& genes) const = 0;
   /// One mutation event, in place.
   virtual void mutate(const Layout& layout, Rng& rng, Genes& genes) const = 0;
-  /// Offspring of two parents into `child`.
+  /// Offspring of two parents into `child`, whose layout this is. Where trees evolve, either parent
+  /// may fit another layout: what belongs to ports that both parents have comes from either, what
+  /// belongs to ports that only one has comes from that one, ports that neither has are as new ones
+  /// in `conform`.
   virtual void cross(const Layout& layout, GenesView first, GenesView second, Rng& rng,
                      Genes& child) const = 0;
   /// How different two genomes are, >= 0; the scale is the part's own.

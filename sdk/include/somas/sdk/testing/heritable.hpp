@@ -56,6 +56,7 @@ class HeritableCheck {
   void leaves_fitting_genes(const Layout& layout, const std::vector<Genes>& all) const;
   void refuses_or_keeps(const Layout& layout, const Genes& genes) const;
   void conforms(const Layout& from, const Layout& to) const;
+  void crosses_layouts(const Layout& own, const Layout& other) const;
 
   const Heritable& heritable_;
   std::span<const Layout> layouts_;
@@ -93,10 +94,13 @@ inline Failures HeritableCheck::run() {
     check("JSON", [&] { writes_json(layout, all); });
     check("conform", [&] { leaves_fitting_genes(layout, all); });
     check("check of damaged genes", [&] { refuses_or_keeps(layout, all.back()); });
-    for (std::size_t m = 0; m < layouts_.size(); ++m)
-      if (m != l)
-        check(("conform to layout " + std::to_string(m)).c_str(),
-              [&] { conforms(layout, layouts_[m]); });
+    for (std::size_t m = 0; m < layouts_.size(); ++m) {
+      if (m == l) continue;
+      check(("conform to layout " + std::to_string(m)).c_str(),
+            [&] { conforms(layout, layouts_[m]); });
+      check(("cross with layout " + std::to_string(m)).c_str(),
+            [&] { crosses_layouts(layout, layouts_[m]); });
+    }
   }
   return failures;
 }
@@ -272,14 +276,41 @@ inline void HeritableCheck::conforms(const Layout& from, const Layout& to) const
   }
 }
 
+/// Parents of different trees: what only one of them has is handed down whole.
+inline void HeritableCheck::crosses_layouts(const Layout& own, const Layout& other) const {
+  for (std::uint64_t i = 0; i < options_.genomes; ++i) {
+    const Genes genes = evolved(own, i), mate = evolved(other, i + 1);
+    Rng rng = stream("crosses", i);
+    Genes child;
+    heritable_.cross(own, genes, mate, rng, child);
+    require_fit(own, child, "children of a mate of this layout");
+    heritable_.cross(other, genes, mate, rng, child);
+    require_fit(other, child, "children of their mate's layout");
+    if (!options_.conforms_back || !holds(own, other)) continue;
+    Genes less = genes;
+    heritable_.conform(other, rng, less);
+    for (const bool swap : {false, true}) {
+      heritable_.cross(own, swap ? less : genes, swap ? genes : less, rng, child);
+      if (child != genes)
+        throw std::runtime_error(
+            "a parent and itself with fewer ports have another child than that parent");
+    }
+    heritable_.cross(other, genes, genes, rng, child);
+    if (child != less)
+      throw std::runtime_error(
+          "the child of a parent with itself keeps ports otherwise than "
+          "conform does");
+  }
+}
+
 }  // namespace detail
 
 /// Whether a heritable part keeps the laws of heritable.hpp, for genes of every layout in `layouts`
 /// (trees that evolve: one empty Layout), and from each to every other. Each failure names the law:
-/// random, mutated, crossed and conformed genes fit; `cross` of a parent with itself is the parent;
-/// distances; JSON to the last byte; `conform` leaves what fits; equal streams give equal bytes, in
-/// any order and on several threads; damaged bytes are refused with std::runtime_error, or are
-/// canonical.
+/// random, mutated, crossed and conformed genes fit; `cross` of a parent with itself, whole or less
+/// some ports, is the parent; distances; JSON to the last byte; `conform` leaves what fits; equal
+/// streams give equal bytes, in any order and on several threads; damaged bytes are refused with
+/// std::runtime_error, or are canonical.
 [[nodiscard]] inline Failures check_heritable(const Heritable& heritable,
                                               std::span<const Layout> layouts,
                                               const HeritableOptions& options = {}) {

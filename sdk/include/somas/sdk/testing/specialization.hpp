@@ -1,6 +1,7 @@
 // The conformance check of specialization trees.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -34,6 +35,10 @@ struct GrownState {
   std::uint16_t parent = no_state;
   double mass = 0, radius = 0, stiffness = 0, adhesion = 0, adhesion_range = 0;
   std::vector<double> skills{};
+  double motility = 0;
+  std::uint32_t motility_signal = 0;
+  std::vector<double> adhesion_with{};  ///< -1: the mean of both
+  std::array<double, 4> thresholds{};
   bool operator==(const GrownState&) const = default;
 };
 
@@ -62,19 +67,53 @@ class TestTreeSink final : public TreeSink {
       require(at_least(spec.skills[i], skills_[i].spec.minimum) &&
                   spec.skills[i] <= skills_[i].spec.maximum,
               "the skill '" + std::string(skills_[i].name) + "' is out of its range");
-    GrownState state{name,          spec.key != 0 ? spec.key : stable_key(name),
-                     spec.parent,   spec.mass,
-                     spec.radius,   spec.stiffness,
-                     spec.adhesion, spec.adhesion_range};
+    check_behaviour(spec);
+    GrownState state;
+    state.name = name;
+    state.key = spec.key != 0 ? spec.key : stable_key(name);
+    state.parent = spec.parent;
+    state.mass = spec.mass;
+    state.radius = spec.radius;
+    state.stiffness = spec.stiffness;
+    state.adhesion = spec.adhesion;
+    state.adhesion_range = spec.adhesion_range;
     state.skills.assign(spec.skills.begin(), spec.skills.end());
+    state.motility = spec.motility;
+    state.motility_signal = spec.motility_signal;
+    for (const double strength : spec.adhesion_with)
+      state.adhesion_with.push_back(std::isnan(strength) ? -1 : strength);
+    state.thresholds = thresholds_of(spec);
     require(names_.insert(name).second, "the name is taken");
     require(keys_.insert(state.key).second, "the key is taken");
     states.push_back(std::move(state));
   }
 
+  /// As many as the reference world's.
+  [[nodiscard]] std::uint32_t morphogens() const override { return 3; }
+
   std::vector<GrownState> states;
 
  private:
+  static std::array<double, 4> thresholds_of(const StateSpec& spec) {
+    return {spec.quiescence_threshold, spec.division_threshold, spec.specialization_threshold,
+            spec.apoptosis_threshold};
+  }
+  void check_behaviour(const StateSpec& spec) const {
+    const auto require = [&](bool fine, const char* what) {
+      if (!fine) throw std::runtime_error("state '" + std::string(spec.name) + "': " + what);
+    };
+    require(std::isfinite(spec.motility), "motility must be a finite number");
+    require(spec.motility == 0 || spec.motility_signal < morphogens(),
+            "motility_signal names a morphogen that the world does not have");
+    require(spec.adhesion_with.size() <= states.size(),
+            "adhesion_with is for the states before it only");
+    for (const double strength : spec.adhesion_with)
+      require(std::isnan(strength) || (std::isfinite(strength) && strength >= 0),
+              "an adhesion to another state must be finite and not negative");
+    for (const double threshold : thresholds_of(spec))
+      require(threshold >= 0 && threshold <= 1, "thresholds of actions are from 0 to 1");
+  }
+
   std::span<const SkillInfo> skills_;
   std::set<std::string> names_;
   std::set<std::uint64_t> keys_;
