@@ -4,7 +4,7 @@ import axe from 'axe-core';
 import type { Browser, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
 
-import { launch, open, pixels, seek, shoot, stepOf, Workshop, type Look, type Opened } from './support';
+import { drawn, launch, open, pixels, press, seek, shoot, stepOf, Workshop, type Look, type Opened } from './support';
 
 const workshop = new Workshop();
 const nutritive = '#E69F00';
@@ -71,15 +71,15 @@ describe('the page of one life', () => {
     await page.selectOption('#speed', '60');
     await page.click('#play');
     await page.waitForFunction(() => Number((document.getElementById('step') as HTMLInputElement).value) > 20);
-    await page.keyboard.press('Escape');
+    await press(page, 'Escape');
     await page.click('#play');
     const paused = await stepOf(page);
     await page.waitForTimeout(300);
     expect(await stepOf(page)).toBe(paused);
-    await page.keyboard.press('End');
+    await press(page, 'End');
     const last = census('life.csv').at(-1)!.step;
     expect(await stepOf(page)).toBe(last);
-    await page.keyboard.press('ArrowRight');
+    await press(page, 'ArrowRight');
     expect(await stepOf(page)).toBe(last);
   });
 
@@ -89,7 +89,7 @@ describe('the page of one life', () => {
     await page.click('#back');
     expect(await stepOf(page)).toBe(1);
     await page.locator('h1').click();
-    await page.keyboard.press('Shift+ArrowRight');
+    await press(page, 'Shift+ArrowRight');
     expect(await stepOf(page)).toBe(11);
     const box = (await page.locator('#scrub').boundingBox())!;
     await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
@@ -114,27 +114,30 @@ describe('the page of one life', () => {
     await seek(page, 150);
     const canvas = (await page.locator('.stage canvas').boundingBox())!;
     // The middle of an organism need not be a cell: try outwards from it.
-    for (let r = 0; r < 120 && (await page.locator('#cell h3').count()) === 0; r += 12)
+    for (let r = 0; r < 120 && (await page.locator('#cell h3').count()) === 0; r += 12) {
       await page.mouse.click(canvas.x + canvas.width / 2 + r, canvas.y + canvas.height / 2);
+      await drawn(page);
+    }
     expect(await page.textContent('#cell h3')).toMatch(/^Cell \d+ (nutritive|defensive)$/);
     expect(Number(await page.getAttribute('[data-field="energy"]', 'data-value'))).toBeGreaterThan(0);
     expect(await page.locator('.bars dt').allTextContents()).toContain('division');
     expect(await page.locator('canvas.life').count()).toBe(1);
     await shoot(page, 'selected');
-    await page.keyboard.press('Escape');
+    await press(page, 'Escape');
     expect(await page.locator('#cell h3').count()).toBe(0);
   });
 
   it('walks the family by keyboard and buttons', async () => {
     await seek(page, 120);
     await page.locator('h1').click();
-    await page.keyboard.press('p'); // the youngest
+    await press(page, 'p'); // the youngest
     const young = await page.textContent('#cell h3');
     const mother = await page.textContent('.family p:first-of-type .chip');
-    await page.keyboard.press('m');
+    await press(page, 'm');
     expect(await page.textContent('#cell h3')).toContain(`Cell ${mother!.replace(' †', '')}`);
     const id = /Cell (\d+)/.exec(young!)![1];
     await page.locator('.family p:last-of-type .chip', { hasText: new RegExp(`^${id}$`) }).click();
+    await drawn(page);
     expect(await page.textContent('#cell h3')).toBe(young);
     await page.check('#family');
     await shoot(page, 'descendants');
@@ -152,6 +155,7 @@ describe('the page of one life', () => {
     const pictures = new Set<string>();
     for (const name of ['state', 'clone', 'energy', 'ambrosia', 'pressure', 'sensed morphogen.0']) {
       await page.selectOption('#colour', name);
+      await drawn(page);
       pictures.add(await page.evaluate(() => document.querySelector<HTMLCanvasElement>('.stage canvas')!.toDataURL()));
     }
     expect(pictures.size).toBe(6);
@@ -170,8 +174,10 @@ describe('the page of one life', () => {
     const particle = '#D55E00';
     expect(await pixels(page, particle)).toBeGreaterThan(20);
     await page.uncheck('[data-layer="table:particle_aggression.particles"]');
+    await drawn(page);
     expect(await pixels(page, particle)).toBeLessThan(5);
     await page.uncheck('[data-layer="cells"]');
+    await drawn(page);
     expect(await pixels(page, nutritive)).toBe(0);
     await page.check('[data-layer="grid:morphogen.0"]');
     await page.check('[data-layer="contacts"]');
@@ -196,8 +202,8 @@ describe('the page of one life', () => {
     await page.waitForTimeout(400);
     expect(await bar()).not.toBe(link);
     await page.locator('h1').click();
-    await page.keyboard.press('0');
-    await page.waitForTimeout(100);
+    await press(page, '0');
+    await drawn(page);
     expect(Math.abs((await pixels(page, nutritive)) - before)).toBeLessThan(before * 0.02);
   });
 
@@ -206,7 +212,7 @@ describe('the page of one life', () => {
     await page.selectOption('#colour', 'pressure');
     await page.uncheck('[data-layer="deaths"]');
     await page.locator('h1').click();
-    await page.keyboard.press('n');
+    await press(page, 'n');
     await page.waitForTimeout(450);
     const hash = await page.evaluate(() => location.hash);
     expect(hash).toContain('step=140&cell=0,0,');
@@ -255,14 +261,14 @@ describe('the page of one life', () => {
 
   it('explains its keys and lets them be turned off', async () => {
     await page.locator('h1').click();
-    await page.keyboard.press('?');
+    await press(page, '?');
     expect(await page.isVisible('#help')).toBe(true);
     await shoot(page, 'help');
     expect(await violations(page)).toEqual([]);
     await page.uncheck('#keys-on');
-    await page.keyboard.press('Escape');
+    await press(page, 'Escape');
     await page.locator('h1').click();
-    await page.keyboard.press('End');
+    await press(page, 'End');
     expect(await stepOf(page)).toBe(0);
   });
 
@@ -301,9 +307,9 @@ describe('the page of two lives', () => {
     // Particles are in the first world only.
     expect(await pixels(page, '#D55E00', 0)).toBeGreaterThan(20);
     expect(await pixels(page, '#D55E00', 1)).toBeLessThan(5);
-    await page.keyboard.press('End');
+    await press(page, 'End');
     await page.locator('h1').click();
-    await page.keyboard.press('End');
+    await press(page, 'End');
     await page.waitForTimeout(100);
     expect((await page.locator('.counts').allTextContents()).join()).toContain('the life has ended');
     await seek(page, common);

@@ -87,13 +87,27 @@ export async function open(browser: Browser, file: string, look: Look = {}): Pro
   return { page, complaints, close: () => context.close() };
 }
 
+
+/** Until what was asked for is drawn. */
+export async function drawn(page: Page): Promise<void> {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
 /** The step that the page shows. */
-export const stepOf = async (page: Page): Promise<number> => Number(await page.inputValue('#step'));
+export async function stepOf(page: Page): Promise<number> {
+  await drawn(page);
+  return Number(await page.inputValue('#step'));
+}
+
+export async function press(page: Page, key: string): Promise<void> {
+  await page.keyboard.press(key);
+  await drawn(page);
+}
 
 export async function seek(page: Page, step: number): Promise<void> {
   await page.fill('#step', String(step));
   await page.press('#step', 'Enter');
-  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await drawn(page);
 }
 
 export async function shoot(page: Page, name: string): Promise<void> {
@@ -101,11 +115,17 @@ export async function shoot(page: Page, name: string): Promise<void> {
 }
 
 /** How many pixels of a stage have nearly this colour. */
-export function pixels(page: Page, hex: string, view = 0): Promise<number> {
+export async function pixels(page: Page, hex: string, view = 0): Promise<number> {
+  await drawn(page);
   return page.evaluate(
     ([colour, index]) => {
       const canvas = document.querySelectorAll<HTMLCanvasElement>('.stage canvas')[Number(index)];
-      const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
+      const copy = document.createElement('canvas');
+      copy.width = canvas.width;
+      copy.height = canvas.height;
+      const context = copy.getContext('2d', { willReadFrequently: true })!;
+      context.drawImage(canvas, 0, 0);
+      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
       const code = parseInt(String(colour).slice(1), 16);
       let count = 0;
       for (let i = 0; i < data.length; i += 4)

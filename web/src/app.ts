@@ -85,6 +85,7 @@ export class App {
     this.writeTitles();
     this.wire();
     this.setTheme(this.theme);
+    this.draw(); // the captions take their room
     this.fit();
     this.followLink();
     new ResizeObserver(() => {

@@ -38,7 +38,8 @@ std::map<std::string, std::pair<std::size_t, Json>> blocks_of(const std::string&
   std::map<std::string, std::pair<std::size_t, Json>> blocks;
   std::size_t at = prefix + number_at(bytes, 8, 4);
   const std::map<std::string, std::size_t> widths{{"u8", 1}, {"u16", 2}, {"u32", 4}, {"f32", 4}};
-  for (const Json& block : header_of(bytes)["blocks"]) {
+  const Json header = header_of(bytes);
+  for (const Json& block : header["blocks"]) {
     blocks[block["name"].get<std::string>()] = {at, block};
     at += block["count"].get<std::size_t>() * widths.at(block["type"].get<std::string>());
   }
@@ -159,13 +160,14 @@ TEST_F(PageDataOfALife, ShowsGridsBetweenTheirLeastAndLargestContent) {
 
 TEST_F(PageDataOfALife, TellsWhatCellsCanBeColouredBy) {
   std::vector<std::string> names;
-  for (const Json& attribute : header_of(bytes_)["attributes"]) {
+  const Json header = header_of(bytes_);
+  for (const Json& attribute : header["attributes"]) {
     names.push_back(attribute["name"].get<std::string>());
     EXPECT_TRUE(blocks_of(bytes_).contains(attribute["column"].get<std::string>())) << names.back();
   }
-  EXPECT_THAT(names,
-              testing::IsSupersetOf({"energy", "ambrosia", "pressure", "sensed morphogen.0",
-                                     "output division", "damage " + life_.header.hazards.at(0)}));
+  EXPECT_THAT(names, testing::IsSupersetOf(std::vector<std::string>{
+                         "energy", "ambrosia", "pressure", "sensed morphogen.0", "output division",
+                         "damage " + life_.header.hazards.at(0)}));
   // What is a column of cells is not told twice.
   EXPECT_THAT(names, Not(testing::Contains("sensed energy")));
 }
