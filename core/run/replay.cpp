@@ -183,19 +183,21 @@ void check_same_kind(const experiment::Experiment& then, const experiment::Exper
 }
 
 recording::Provenance provenance_of(const Champion& champion, const std::filesystem::path& run) {
-  return {.experiment = champion.experiment,
-          .run = std::filesystem::absolute(run / ".").lexically_normal().parent_path().filename().string(),
-          .version = std::string(build_info().version),
-          .resolved_yaml = {},
-          .generation = champion.generation,
-          .population = champion.population,
-          .individual = champion.individual.id,
-          .origin = std::string(evolution::name_of(champion.individual.origin)),
-          .parents = {},
-          .fitness = champion.life.score,
-          .genome_json = {},
-          .controller_genes = {},
-          .tree_genes = {}};
+  return {
+      .experiment = champion.experiment,
+      .run =
+          std::filesystem::absolute(run / ".").lexically_normal().parent_path().filename().string(),
+      .version = std::string(build_info().version),
+      .resolved_yaml = {},
+      .generation = champion.generation,
+      .population = champion.population,
+      .individual = champion.individual.id,
+      .origin = std::string(evolution::name_of(champion.individual.origin)),
+      .parents = {},
+      .fitness = champion.life.score,
+      .genome_json = {},
+      .controller_genes = {},
+      .tree_genes = {}};
 }
 
 /// Makes a recorder if somebody wants the life; it stays where it is.
