@@ -19,8 +19,8 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {"run",      "validate", "plugins",
-                                                "describe", "replay",   "compete"};
+const std::vector<std::string> command_names = {"run",    "validate", "plugins", "describe",
+                                                "replay", "compete",  "render",  "movie"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -55,6 +55,8 @@ struct Options {
   DescribeCommand describe;
   ReplayCommand replay;
   CompeteCommand compete;
+  RenderCommand render;
+  MovieCommand movie;
   std::string opponents;  ///< --against
   std::string save_state;
   CLI::Option* save_option = nullptr;
@@ -279,6 +281,94 @@ void add_compete(CLI::App& parser, Options& options) {
   add_plugin_path(app, compete.plugin_path);
 }
 
+std::function<std::string(const std::string&)> number_between(double least, double most) {
+  return [least, most](const std::string& text) -> std::string {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, value);
+    if (parsed.ec == std::errc{} && parsed.ptr == end && value >= least && value <= most) return {};
+    return "'" + text + "' is not a number from " + std::to_string(static_cast<int>(least)) +
+           " to " + std::to_string(static_cast<int>(most));
+  };
+}
+
+// Whose life a figure or a movie shows.
+template <class LifeCommand>
+void add_life(CLI::App& app, LifeCommand& command) {
+  app.add_option("--generation", command.generation, "Whose champion; default: the last")
+      ->type_name("N")
+      ->check(whole_number(0, UINT64_MAX));
+  app.add_option("--population", command.population,
+                 "Whose champion in mode coevolution: 1 or 2; default 1")
+      ->type_name("N")
+      ->check(whole_number(1, 2));
+  add_overrides(app, command.overrides);
+  app.add_option("--grid", command.grid,
+                 "The grid of an environment, as INSTANCE.NAME, or none; default: the first")
+      ->type_name("GRID");
+  app.add_option("--view", command.view, "organism (default) or world")
+      ->type_name("VIEW")
+      ->check(CLI::IsMember({"organism", "world"}).description(""));
+  add_plugin_path(app, command.plugin_path);
+}
+
+void add_render(CLI::App& parser, RenderCommand& render) {
+  CLI::App& app = *parser.add_subcommand(
+      "render", "Draw a figure for a paper: of a champion's life, lived again, or of a run");
+  app.add_option("RUN", render.runs,
+                 "A run directory; several, or a directory of runs, as replicates of --what "
+                 "evolution")
+      ->type_name("")
+      ->required();
+  app.add_option("--what", render.what,
+                 "timelapse, energy, morphogens, grid, population, phases, evolution or lineage")
+      ->type_name("FIGURE")
+      ->required();
+  app.add_option("--steps", render.steps,
+                 "Steps to draw: 100,300,500 or FIRST:LAST:DISTANCE; default: evenly over the life")
+      ->type_name("N")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--columns", render.columns, "Panels side by side; default: by the width")
+      ->type_name("N")
+      ->check(whole_number(1, 40));
+  app.add_option("--format", render.format, "svg (default), pdf or png; or as FILE says")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"svg", "pdf", "png"}).description(""));
+  app.add_option("--out", render.out,
+                 "The file; default RUN/figures/FIGURE-gen-NNNN.FORMAT. It is replaced")
+      ->type_name("FILE");
+  app.add_option("--width", render.width,
+                 "Of the figure in millimetres; default 178, two columns of a paper, or 85, one, "
+                 "for population, evolution and lineage")
+      ->type_name("MM")
+      ->check(number_between(40, 1000));
+  app.add_option("--dpi", render.dpi, "Pixels an inch of a PNG; default 300")
+      ->type_name("N")
+      ->check(number_between(50, 1200));
+  add_life(app, render);
+}
+
+void add_movie(CLI::App& parser, MovieCommand& movie) {
+  CLI::App& app = *parser.add_subcommand(
+      "movie", "Film a champion's life, lived again, through ffmpeg (on the PATH)");
+  app.add_option("RUN", movie.run, "A run directory")->type_name("")->required();
+  app.add_option("--out", movie.out,
+                 "The file, .mp4 or .webm; default RUN/figures/movie-gen-NNNN.mp4. It is replaced")
+      ->type_name("FILE");
+  app.add_option("--fps", movie.fps, "Frames a second; default 25")
+      ->type_name("N")
+      ->check(number_between(1, 240));
+  app.add_option("--every", movie.every, "Steps from frame to frame; default: at most 600 frames")
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000));
+  app.add_option("--width", movie.width,
+                 "Pixels; default 960. The height is nine sixteenths; both are made even")
+      ->type_name("N")
+      ->check(whole_number(320, 3840));
+  add_life(app, movie);
+}
+
 // The short options come last, so that they win over --set.
 void add_short_overrides(const Options& options, std::vector<std::string>& overrides) {
   if (options.seed) overrides.push_back("seed=" + std::to_string(*options.seed));
@@ -296,6 +386,8 @@ Command chosen(const CLI::App& parser, Options& options) {
     options.compete.random = !options.opponents.empty();
     return options.compete;
   }
+  if (parser.got_subcommand("render")) return options.render;
+  if (parser.got_subcommand("movie")) return options.movie;
   if (parser.got_subcommand("validate")) return options.validate;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
@@ -323,6 +415,8 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_describe(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);
+  add_render(parser, options.render);
+  add_movie(parser, options.movie);
 
   try {
     // CLI11 takes its words from the back.

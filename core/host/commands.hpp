@@ -94,13 +94,46 @@ struct CompeteCommand {
   std::optional<std::filesystem::path> csv;
 };
 
+/// somas-host render RUN...
+struct RenderCommand {
+  std::vector<std::filesystem::path> runs;
+  std::string what;
+  std::optional<std::uint64_t> generation;
+  std::uint32_t population = 1;
+  std::vector<std::string> overrides;
+  std::vector<std::filesystem::path> plugin_path;
+  std::vector<std::string> steps;  ///< N, or FIRST:LAST:DISTANCE
+  std::string grid;
+  std::string view = "organism";
+  std::uint32_t columns = 0;
+  std::string format;  ///< default: that of `out`, else svg
+  std::optional<std::filesystem::path> out;
+  double width = 0;  ///< millimetres; 0: by the figure
+  double dpi = 300;
+};
+
+/// somas-host movie RUN
+struct MovieCommand {
+  std::filesystem::path run;
+  std::optional<std::uint64_t> generation;
+  std::uint32_t population = 1;
+  std::vector<std::string> overrides;
+  std::vector<std::filesystem::path> plugin_path;
+  std::string grid;
+  std::string view = "organism";
+  std::optional<std::filesystem::path> out;
+  double fps = 25;
+  std::uint64_t every = 0;  ///< steps a frame; 0: at most 600 frames
+  std::uint32_t width = 960;
+};
+
 /// Nothing to run: --help and --version have answered.
 struct Done {
   int exit_code = 0;
 };
 
 using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
-                             ReplayCommand, CompeteCommand>;
+                             ReplayCommand, CompeteCommand, RenderCommand, MovieCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
@@ -108,6 +141,8 @@ int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
+int execute(const RenderCommand& command, run::Terminal& terminal);
+int execute(const MovieCommand& command, run::Terminal& terminal);
 
 /// Writes to the standard output. Throws run::WriteError.
 void print(const std::string& text);

@@ -2,11 +2,11 @@
 #include <charconv>
 #include <cmath>
 #include <csignal>
-#include <string_view>
 #include <system_error>
 
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
+#include "core/host/output_check.hpp"
 #include "core/host/replay_page.hpp"
 #include "core/report/anatomy.hpp"
 #include "core/report/picture.hpp"
@@ -20,22 +20,6 @@ namespace somas::host {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<std::string_view, 11> files_of_a_run = {
-    "experiment.yaml", "resolved.yaml", "manifest.json", "generations.csv",
-    "individuals.csv", "timing.csv",    "summary.json",  "failed-genome.json",
-    "champions",       "genomes",       "states"};
-
-// A record that a replay overwrites proves nothing any more.
-void refuse_file_of_run(const char* option, const fs::path& file, const fs::path& run) {
-  const fs::path inside =
-      run::target_of(file).lexically_relative(run::target_of(run / ".").lexically_normal());
-  if (inside.empty()) return;
-  for (const std::string_view name : files_of_a_run)
-    if (*inside.begin() == fs::path(name))
-      throw run::UsageError(std::string(option) + ": " + file.string() +
-                            " belongs to the run, and is never overwritten; name another file");
-}
 
 model::Wound wound_of(const std::string& text) {
   std::array<double, 3> numbers{};

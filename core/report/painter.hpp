@@ -6,6 +6,7 @@
 
 #include "core/report/canvas.hpp"
 #include "core/report/picture.hpp"
+#include "core/report/scene_painter.hpp"
 
 namespace somas::report {
 
@@ -22,42 +23,24 @@ class Painter {
     bool rim = false;
     std::string words;
   };
-  /// The square of the world that every panel shows.
-  struct View {
-    double x = 0, y = 0, half = 1;
-  };
   /// Lengths on the canvas.
   struct Layout {
     double gap = 0, panel = 0, font = 0, line = 0, height = 0;
   };
 
-  [[nodiscard]] View choose_view() const;
   [[nodiscard]] Layout lay_out() const;
-  [[nodiscard]] std::vector<Entry> legend(const Panel& panel) const;
-  void find_levels();
+  [[nodiscard]] std::vector<Entry> legend(const Scene& panel) const;
 
-  void paint_panel(const Panel& panel, double left);
-  void paint_grid(const Panel& panel);
-  void paint_level(const Panel& panel, int level);
-  void paint_world();
-  void paint_outlines();
-  void paint_cells(const Panel& panel);
-  void paint_tables(const Panel& panel);
-  void paint_scale_bar(double left);
-  void paint_legend(const Panel& panel, double left);
+  void paint_panel(const Scene& panel, double left);
+  void paint_legend(const Scene& panel, double left);
   void paint_grid_legend();
-  void stroke(double width, const Colour& colour);
-
-  // World to canvas, in the panel that is being painted.
-  [[nodiscard]] double px(double x) const { return centre_x_ + (x - view_.x) * scale_; }
-  [[nodiscard]] double py(double y) const { return centre_y_ - (y - view_.y) * scale_; }
 
   const Picture& picture_;
   View view_;
   Layout layout_;
-  double scale_ = 1, centre_x_ = 0, centre_y_ = 0;
-  double low_ = 0, high_ = 0;  ///< content of the grid at both ends of its scale
+  Levels levels_;
   Canvas canvas_;
+  ScenePainter painter_;
 };
 
 }  // namespace somas::report

@@ -297,6 +297,7 @@ ReplayReport replay(const ReplayOptions& options) {
   if (!report.recorded.genes_match_bytes) report.warnings.push_back(edited_warning(file.string()));
   make_fit(report.recorded, heredity, report, file.string());
   check_moments(options, report.recorded);
+  if (options.prelude) options.prelude(report.recorded);
 
   const bool begun = in_mid_life && replay_rest(options, experiment, report);
   if (in_mid_life && !begun) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ struct ReplayOptions {
   Observer observer;                                      ///< sees every step
   recording::Sink* sink = nullptr;                        ///< receives the replayed life
   recording::RecorderOptions recorder = {};               ///< what of it
+  /// Hears whose life it will be, before the first step.
+  std::function<void(const Champion&)> prelude = {};
   /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from
   /// there on, and must leave the vocabulary of the world and the genome's fit as they are.
   std::optional<std::uint64_t> from_step;

@@ -127,8 +127,18 @@ void each_contact(const Obstacle& o, double x, double y, double radius, Visit&& 
   touch({-dy + radius - o.half_height, 0, 1});
 }
 
+// Pictures shade what a closed outline bounds. An enclosure is solid outside itself, so it is a
+// line that comes back to where it began.
+bool is_closed(const Obstacle& o) { return o.shape != Obstacle::Shape::enclosure; }
+
 std::vector<Point> outline_of(const Obstacle& o) {
   const double w = o.half_width, h = o.half_height;
+  if (o.shape == Obstacle::Shape::enclosure)
+    return {{o.x - w, o.y - h},
+            {o.x + w, o.y - h},
+            {o.x + w, o.y + h},
+            {o.x - w, o.y + h},
+            {o.x - w, o.y - h}};
   if (o.shape != Obstacle::Shape::disc)
     return {{o.x - w, o.y - h}, {o.x + w, o.y - h}, {o.x + w, o.y + h}, {o.x - w, o.y + h}};
   std::vector<Point> points;
@@ -165,7 +175,7 @@ void Walls::declare(Declare& declare) {
                                           "; lower 'stiffness' or 'damping', or shorten "
                                           "world.mechanics.time_step");
   for (const Obstacle& obstacle : obstacles_)
-    declare.outline(name_of(obstacle.shape), outline_of(obstacle), true);
+    declare.outline(name_of(obstacle.shape), outline_of(obstacle), is_closed(obstacle));
   declare.acts_in(Phase::forces);
 }
 

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cairo.h>
-#include <cstring>
 #include <memory>
 
 #include <gmock/gmock.h>
@@ -12,6 +10,7 @@
 
 #include "core/run/errors.hpp"
 #include "tests/core/model/support.hpp"
+#include "tests/core/report/drawn.hpp"
 
 namespace somas::report {
 namespace {
@@ -21,36 +20,12 @@ using model::test::Handles;
 using testing::AllOf;
 using testing::HasSubstr;
 
-constexpr unsigned white = 0xFFFFFF, orange = 0xE69F00, blue = 0x0072B2, vermillion = 0xD55E00;
+constexpr unsigned no_ink = 0xFFFFFF, orange = 0xE69F00, blue = 0x0072B2, vermillion = 0xD55E00;
 
-/// A PNG read back.
-class Pixels {
+/// The pixels of a picture of the whole world.
+class Pixels : public test::Pixels {
  public:
-  explicit Pixels(std::string bytes) : bytes_(std::move(bytes)) {
-    surface_ = cairo_image_surface_create_from_png_stream(
-        [](void* self, unsigned char* out, unsigned length) {
-          auto& pixels = *static_cast<Pixels*>(self);
-          if (pixels.read_ + length > pixels.bytes_.size()) return CAIRO_STATUS_READ_ERROR;
-          std::memcpy(out, pixels.bytes_.data() + pixels.read_, length);
-          pixels.read_ += length;
-          return CAIRO_STATUS_SUCCESS;
-        },
-        this);
-    EXPECT_EQ(cairo_surface_status(surface_), CAIRO_STATUS_SUCCESS);
-  }
-  ~Pixels() { cairo_surface_destroy(surface_); }
-  Pixels(const Pixels&) = delete;
-  Pixels& operator=(const Pixels&) = delete;
-
-  [[nodiscard]] int width() const { return cairo_image_surface_get_width(surface_); }
-  [[nodiscard]] int height() const { return cairo_image_surface_get_height(surface_); }
-  [[nodiscard]] unsigned at(int x, int y) const {
-    const unsigned char* row =
-        cairo_image_surface_get_data(surface_) + y * cairo_image_surface_get_stride(surface_);
-    std::uint32_t pixel = 0;
-    std::memcpy(&pixel, row + 4 * x, 4);
-    return pixel & 0xFFFFFF;
-  }
+  using test::Pixels::Pixels;
   /// In the world view of one panel `world` across its radius; the panel is as wide as the picture
   /// but for a gap of 4 at both sides, under the title.
   [[nodiscard]] unsigned at_world(double x, double y, double radius) const {
@@ -60,17 +35,6 @@ class Pixels {
     return at(static_cast<int>(5 + side / 2 + x * scale),
               static_cast<int>(top + side / 2 - y * scale));
   }
-  [[nodiscard]] int count(unsigned colour) const {
-    int found = 0;
-    for (int y = 0; y < height(); ++y)
-      for (int x = 0; x < width(); ++x) found += at(x, y) == colour ? 1 : 0;
-    return found;
-  }
-
- private:
-  std::string bytes_;
-  std::size_t read_ = 0;
-  cairo_surface_t* surface_ = nullptr;
 };
 
 class PictureOfAWorld : public testing::Test {
@@ -111,7 +75,7 @@ TEST_F(PictureOfAWorld, ShowsCellsWhereTheyAreInTheColourOfTheirState) {
   EXPECT_EQ(png.at_world(5, 4, 10), blue);
   for (const auto& [x, y] :
        {std::pair{-5.0, 1.2}, {-5.0, -1.2}, {5.0, -4.0}, {-5.0, 4.0}, {0., 0.}})
-    EXPECT_EQ(png.at_world(x, y, 10), white) << x << " " << y;
+    EXPECT_EQ(png.at_world(x, y, 10), no_ink) << x << " " << y;
 }
 
 TEST_F(PictureOfAWorld, RimsCellsThatDivide) {
@@ -137,8 +101,21 @@ TEST_F(PictureOfAWorld, DrawsOutlinesOfEnvironments) {
     d.outline("wall", wall, true);
   });
   const Pixels png(drawn().render(PictureFormat::png));
-  EXPECT_NE(png.at_world(0, -4.5, 10), white);
-  EXPECT_EQ(png.at_world(0, -2, 10), white);
+  EXPECT_NE(png.at_world(0, -4.5, 10), no_ink);
+  EXPECT_EQ(png.at_world(0, -2, 10), no_ink);
+}
+
+TEST_F(PictureOfAWorld, DrawsOpenOutlinesAsLinesOnly) {
+  add([](Declare& d) {
+    const std::array<Point, 3> fence{{{-2, -6}, {2, -6}, {2, -3}}};
+    d.outline("fence", fence, false);
+  });
+  const Pixels png(drawn().render(PictureFormat::png));
+  EXPECT_NE(png.at_world(0, -6, 10), no_ink);
+  EXPECT_NE(png.at_world(2, -4.5, 10), no_ink);
+  // Neither its inside nor the way back to its beginning.
+  EXPECT_EQ(png.at_world(1, -5, 10), no_ink);
+  EXPECT_EQ(png.at_world(0, -4.5, 10), no_ink);
 }
 
 TEST_F(PictureOfAWorld, DrawsRowsOfTablesWithPositions) {
@@ -154,7 +131,7 @@ TEST_F(PictureOfAWorld, DrawsRowsOfTablesWithPositions) {
   };
   const Pixels png(drawn().render(PictureFormat::png));
   EXPECT_EQ(png.at_world(3, -5, 10), vermillion);
-  EXPECT_EQ(png.at_world(-3, -5, 10), white);
+  EXPECT_EQ(png.at_world(-3, -5, 10), no_ink);
 }
 
 TEST_F(PictureOfAWorld, ShadesTheGridByItsContentInsideTheWorldOnly) {
@@ -170,11 +147,11 @@ TEST_F(PictureOfAWorld, ShadesTheGridByItsContentInsideTheWorldOnly) {
     return p;
   }();
   const Pixels png(picture.render(PictureFormat::png));
-  EXPECT_EQ(png.at_world(-3, -3, 10), white);
-  EXPECT_EQ(png.at_world(3, 3, 10), white);
+  EXPECT_EQ(png.at_world(-3, -3, 10), no_ink);
+  EXPECT_EQ(png.at_world(3, 3, 10), no_ink);
   EXPECT_LT(png.at_world(3, -3, 10), png.at_world(-3, 3, 10));
-  EXPECT_LT(png.at_world(-3, 3, 10), white);
-  EXPECT_EQ(png.at_world(9.5, -9.5, 10), white);
+  EXPECT_LT(png.at_world(-3, 3, 10), no_ink);
+  EXPECT_EQ(png.at_world(9.5, -9.5, 10), no_ink);
 }
 
 TEST_F(PictureOfAWorld, FitsTheOrganismUnlessToldOtherwise) {

@@ -168,6 +168,20 @@ TEST(Walls, GapWallsAreTwoBoxesWithAGapBetween) {
   EXPECT_EQ(force_on({.x = 6.5, .y = 5}, walls_of({entry})), (Force{-20 * 0.5, 0}));
 }
 
+// Pictures shade the inside of closed outlines, which is where the cells of an enclosure live.
+TEST(Walls, EnclosuresAreDrawnAsALineAndSolidShapesAsAreas) {
+  Stage<Walls> stage(walls_of({rectangle("enclosure", 1, 2, 10, 5), rectangle("box", 5, 0, 1, 4)}));
+  ASSERT_EQ(stage.declared.outlines.size(), 2u);
+  const auto& enclosure = stage.declared.outlines[0];
+  EXPECT_FALSE(enclosure.closed);
+  ASSERT_EQ(enclosure.points.size(), 5u);
+  EXPECT_EQ(enclosure.points.front().x, enclosure.points.back().x);
+  EXPECT_EQ(enclosure.points.front().y, enclosure.points.back().y);
+  EXPECT_EQ(enclosure.points[2].x, 11);
+  EXPECT_EQ(enclosure.points[2].y, 7);
+  EXPECT_TRUE(stage.declared.outlines[1].closed);
+}
+
 TEST(Walls, ForcesOfSeveralObstaclesAddUp) {
   const Walls::Parameters both =
       walls_of({rectangle("box", 5, 0, 1, 4), rectangle("box", 3.5, -2, 4, 1.5)});
@@ -258,14 +272,14 @@ TEST(Walls, MirroredScenesHaveMirroredForcesBitForBit) {
 
 // ---- pictures ----------------------------------------------------------------------------------
 
-TEST(Walls, OutlineEveryShapeAsAClosedPolygon) {
+TEST(Walls, OutlineSolidShapesAsClosedPolygons) {
   Stage<Walls> stage(walls_of({disc(1, 2, 3), rectangle("box", 5, 0, 1, 4),
                                rectangle("enclosure", 0, 0, 10, 8), gap_wall(0, 1, 0, 2, 5)}));
   const auto& outlines = stage.declared.outlines;
   std::vector<std::string> names;
   for (const auto& outline : outlines) {
     names.push_back(outline.name);
-    EXPECT_TRUE(outline.closed);
+    EXPECT_EQ(outline.closed, outline.name != "enclosure");
   }
   EXPECT_THAT(names, ElementsAre("disc", "box", "enclosure", "box", "box"));
   ASSERT_EQ(outlines[0].points.size(), 32u);
