@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/evolution/settings.hpp"
+#include "core/experiment/record_settings.hpp"
 #include "core/model/config.hpp"
 #include "core/model/ecosystem.hpp"
 
@@ -45,6 +46,7 @@ struct Experiment {
   std::string name;
   std::uint64_t seed = 1;
   evolution::Settings evolution;
+  RecordSettings record;
   std::shared_ptr<const model::Ecosystem> ecosystem;
   PluginUse specialization, controller;  ///< who can read genomes
 

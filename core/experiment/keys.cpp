@@ -26,6 +26,7 @@ void describe(Describe& d, model::Strangers& s);
 void describe(Describe& d, model::Config& c);
 void describe(Describe& d, evolution::Roster& r);
 void describe(Describe& d, evolution::Settings& s);
+void describe(Describe& d, RecordSettings& r);
 
 void describe(Describe& d, model::Morphogen& m) {
   d("attenuation", m.attenuation, "Share of the concentration lost per side of a square",
@@ -38,29 +39,29 @@ void describe(Describe& d, model::Mechanics& m) {
   whole(d, "substeps", m.substeps, "Substeps of the mechanics in a step",
         {.minimum = 1, .maximum = 1000});
   d("time_step", m.time_step, "Length of a substep; at most what a packed cluster bears",
-    {.unit = "time", .minimum = 0, .minimum_open = true});
+    {.unit = "time", .minimum = 1e-9, .maximum = 1e3});
   d("damping", m.damping, "Normal damper of a pair of cells while a spring acts",
-    {.unit = "force time/length", .minimum = 0});
+    {.unit = "force time/length", .minimum = 0, .maximum = 1e6});
   d("drag", m.drag, "Drag of a cell against the medium",
-    {.unit = "force time/length", .minimum = 0});
+    {.unit = "force time/length", .minimum = 0, .maximum = 1e6});
   d("pressure_scale", m.pressure_scale,
     "Summed force of collision springs that reads as pressure 1/2",
-    {.unit = "force", .minimum = 0, .minimum_open = true});
+    {.unit = "force", .minimum = 1e-9, .maximum = 1e9});
 }
 
 void describe(Describe& d, model::Metabolism& m) {
-  const Limits cost = {.unit = "energy/step", .minimum = 0};
+  const Limits cost = {.unit = "energy/step", .minimum = 0, .maximum = 1e6};
   d("quiescence_cost", m.quiescence_cost, "Energy a quiescent cell burns", cost);
   d("division_cost", m.division_cost, "Energy a dividing cell burns", cost);
   d("apoptosis_cost", m.apoptosis_cost, "Energy a cell in apoptosis burns", cost);
   d("specialization_cost", m.specialization_cost, "Energy a specializing cell burns", cost);
   d("motility_cost", m.motility_cost,
     "Energy a cell of a motile state burns beside, per unit of its `motility`",
-    {.unit = "energy/(step force)", .minimum = 0});
+    {.unit = "energy/(step force)", .minimum = 0, .maximum = 1e6});
   d("founder_energy", m.founder_energy, "Energy of the founder",
     {.unit = "energy", .minimum = 0, .maximum = 1, .minimum_open = true});
   d("founder_ambrosia", m.founder_ambrosia, "Ambrosia of the founder, at most its capacity",
-    {.unit = "ambrosia", .minimum = 0});
+    {.unit = "ambrosia", .minimum = 0, .maximum = 1e9});
 }
 
 void describe(Describe& d, model::Strangers& s) {
@@ -101,7 +102,7 @@ struct MorphogenElement {
 void describe(Describe& d, model::MorphogenGrid& m) {
   whole(d, "size", m.size, "Squares along an edge of the grid; odd, so that one is at the centre",
         {.unit = "squares", .minimum = 1, .maximum = 2047});
-  d("side", m.side, "Edge of a square", {.unit = "length", .minimum = 0, .minimum_open = true});
+  d("side", m.side, "Edge of a square", {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
   std::string deposit = m.deposit == model::Deposit::peak ? "peak" : "share";
   d.choice("deposit", deposit, {"peak", "share"},
            "Whether the square nearest to a cell gets its whole production, or its share of it");
@@ -116,7 +117,7 @@ void describe(Describe& d, model::MorphogenGrid& m) {
 
 void describe(Describe& d, model::Config& c) {
   d("radius", c.radius, "Radius of the world; cells beyond it are removed",
-    {.unit = "length", .minimum = 0, .minimum_open = true});
+    {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
   whole(d, "max_steps", c.max_steps, "Steps after which a simulation ends, marked censored",
         {.unit = "steps", .minimum = 1, .maximum = most_steps});
   whole(d, "max_cells", c.max_cells, "Most cells of an organism, living and being born",
@@ -134,7 +135,7 @@ void describe(Describe& d, evolution::Roster& r) {
   whole(d, "size", r.size, "Organisms of a simulation, in all modes but solo",
         {.unit = "organisms", .minimum = 2, .maximum = 1000});
   d("distance", r.distance, "Distance of the founders from the centre, in all modes but solo",
-    {.unit = "length", .minimum = 0, .minimum_open = true});
+    {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
   std::string hall(name_of(r.hall));
   d.choice("hall", hall, {"even", "random"},
            "How hall_of_fame draws among earlier champions: evenly, the newest among them, or at "
@@ -165,6 +166,24 @@ void describe(Describe& d, evolution::Settings& s) {
   block(d, "roster", s.roster, "Several organisms in one world, in all modes but solo");
 }
 
+void describe(Describe& d, RecordSettings& r) {
+  std::string what = r.what == Recorded::champions ? "champions"
+                     : r.what == Recorded::all     ? "all"
+                                                   : "none";
+  d.choice("what", what, {"none", "champions", "all"},
+           "Whose lives are recorded: nobody's, every generation's best, everybody's (their first "
+           "trials are simulated again, one by one)");
+  r.what = what == "champions" ? Recorded::champions
+           : what == "all"     ? Recorded::all
+                               : Recorded::none;
+  whole(d, "every", r.every, "Steps between frames; the last step always has one",
+        {.unit = "steps", .minimum = 1, .maximum = most_steps});
+  whole(d, "fields_every", r.fields_every,
+        "Frames with grids and morphogens are those of steps divisible by it; 0: all frames",
+        {.unit = "steps", .minimum = 0, .maximum = most_steps});
+  d("controller", r.controller, "Whether frames hold the inputs and outputs of the controllers");
+}
+
 void describe(Describe& d, CoreValues& v) {
   d("somas", v.format, "Version of the file format",
     {.minimum = static_cast<double>(format_version),
@@ -173,16 +192,10 @@ void describe(Describe& d, CoreValues& v) {
   d("seed", v.seed, "Seed of everything random", {.minimum = 0});
   block(d, "world", v.world, "The organisms' world");
   block(d, "evolution", v.evolution, "The genetic algorithm");
+  block(d, "record", v.record, "Recordings of lives, in the run's directory");
 }
 
 // ---- the list of keys --------------------------------------------------------------------------
-
-struct OtherKey {
-  const char* name;
-  const char* type;
-  const char* fallback;
-  const char* doc;
-};
 
 constexpr OtherKey other[] = {
     {"extends", "text", "none",
@@ -218,6 +231,8 @@ CoreValues core_values(const plugins::ParameterValue& group) {
   describe(reader, values);
   return values;
 }
+
+std::span<const OtherKey> other_keys_described() { return other; }
 
 const std::vector<std::string>& other_keys() {
   static const std::vector<std::string> names = [] {

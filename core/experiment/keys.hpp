@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/evolution/settings.hpp"
+#include "core/experiment/record_settings.hpp"
 #include "core/model/config.hpp"
 #include "core/plugins/values.hpp"
 
@@ -21,9 +22,10 @@ struct CoreValues {
   std::int64_t seed = 1;
   model::Config world;
   evolution::Settings evolution;
+  RecordSettings record;
 };
 
-/// The keys `somas`, `name`, `seed`, `world`, `evolution` with everything below them.
+/// The keys `somas`, `name`, `seed`, `world`, `evolution`, `record` with everything below them.
 [[nodiscard]] std::span<const ParameterInfo> core_keys();
 
 /// The values of a validated group of core_keys().
@@ -31,6 +33,15 @@ struct CoreValues {
 
 /// Keys at the top level that core_keys() does not describe: files, and the plugins' blocks.
 [[nodiscard]] const std::vector<std::string>& other_keys();
+
+/// The same, described.
+struct OtherKey {
+  const char* name;
+  const char* type;
+  const char* fallback;
+  const char* doc;
+};
+[[nodiscard]] std::span<const OtherKey> other_keys_described();
 
 /// Every key of an experiment file but the plugins' own, as Markdown.
 [[nodiscard]] std::string keys_reference();

@@ -70,6 +70,7 @@ Experiment Loader::load() {
   experiment.name = values_.name;
   experiment.seed = static_cast<std::uint64_t>(values_.seed);
   experiment.evolution = values_.evolution;
+  experiment.record = values_.record;
   experiment.ecosystem = ecosystem_;
   experiment.specialization = plugin_of("specialization");
   experiment.controller = plugin_of("controller");
@@ -343,6 +344,7 @@ std::string Loader::resolved() const {
     if (block.plugin.info->kind == PluginKind::environment) write_block(block, 2);
   for (const PluginKind kind : single_kinds) write_block(block(plugins::kind_name(kind)), 0);
   core_key("evolution");
+  core_key("record");
   return out;
 }
 

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/plugins/relations.hpp"
 #include "core/plugins/suggest.hpp"
+#include "core/plugins/yaml_text.hpp"
 
 namespace somas::experiment {
 
@@ -76,6 +78,50 @@ ParameterValue scalar(ParameterKind kind) {
   return value;
 }
 
+// "beta_max, 20 (exp.yaml:4:3)", "region, its default everywhere".
+std::string told(const ParameterInfo& info, const Node& mapping, const std::string& path,
+                 const ParameterValue& group) {
+  std::string text = joined(path, info.name);
+  const Node* node = mapping.find(info.name);
+  const ParameterValue* value = group.find(info.name);
+  if (value == nullptr) return text + ", which is left out";
+  if (plugins::is_inline(*value))
+    text += ", " + std::string(node == nullptr ? "by default " : "") + plugins::yaml_inline(*value);
+  return node == nullptr ? text : text + " (" + node->position.text() + ")";
+}
+
+std::string shown(const ParameterInfo& info, const ParameterValue& group) {
+  const ParameterValue* value = group.find(info.name);
+  return value != nullptr && plugins::is_inline(*value) ? plugins::yaml_inline(*value) : "it";
+}
+
+// What a broken relation is called, with both keys.
+std::string message_of(const plugins::BrokenRelation& broken, const Node& mapping,
+                       const std::string& path, const ParameterValue& group) {
+  const std::string other = told(*broken.other, mapping, path, group);
+  const std::string words = plugins::words_text(*broken.relation);
+  switch (broken.relation->kind) {
+    case RelationKind::at_most:
+      return shown(*broken.first, group) + " is more than " + other + "; allowed: at most " +
+             broken.other->name;
+    case RelationKind::less_than:
+      return shown(*broken.first, group) + " is not less than " + other + "; allowed: less than " +
+             broken.other->name;
+    case RelationKind::differs:
+      return shown(*broken.first, group) + " is the same as " + other + "; the two must differ";
+    case RelationKind::needs:
+      return "needs " + other + "; give both or neither";
+    case RelationKind::excludes:
+      return "cannot stand beside " + other + "; give one of the two";
+    case RelationKind::only_when:
+      return "allowed only when " + std::string(broken.other->name) + " is " + words +
+             "; there is " + other;
+    case RelationKind::required_when:
+      return "missing; required by " + other + ": " + broken.first->doc;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string joined(const std::string& path, const std::string& key) {
@@ -143,6 +189,7 @@ ParameterValue Validator::group(std::span<const ParameterInfo> fields, const Nod
                         plugins::did_you_mean(item.key, allowed));
 
   ParameterValue result = scalar(ParameterKind::group);
+  std::vector<std::string> faulty;
   for (const ParameterInfo& field : fields) {
     const Node* node = mapping.find(field.name);
     const ParameterValue* inherited = base != nullptr ? base->find(field.name) : nullptr;
@@ -151,11 +198,32 @@ ParameterValue Validator::group(std::span<const ParameterInfo> fields, const Nod
     if (node == nullptr && field.required != 0 && inherited == nullptr)
       problems_.add(mapping.key_position, joined(path, field.name),
                     "missing; expected " + plugins::kind_text(field) + ": " + field.doc);
+    if (!read && (node != nullptr || (field.required != 0 && inherited == nullptr)))
+      faulty.emplace_back(field.name);
     if (!read) read = inherited != nullptr ? *inherited : plugins::default_of(field);
     read->key = field.name;
     if (read->kind != ParameterKind::none) result.items.push_back(std::move(*read));
   }
+  relations(fields, mapping, path, result, faulty);
   return result;
+}
+
+void Validator::relations(std::span<const ParameterInfo> fields, const Node& mapping,
+                          const std::string& path, const ParameterValue& group,
+                          std::span<const std::string> faulty) {
+  plugins::find_broken(fields, group, [&](const plugins::BrokenRelation& broken) {
+    // A field that is wrong by itself has been told already, and stands in with its default.
+    const auto is_faulty = [&](const ParameterInfo& info) {
+      return std::find(faulty.begin(), faulty.end(), info.name) != faulty.end();
+    };
+    if (is_faulty(*broken.first) || is_faulty(*broken.other)) return;
+    const Node* place = mapping.find(broken.first->name);
+    if (place == nullptr) place = mapping.find(broken.other->name);
+    const bool on_key = place == nullptr || broken.relation->kind >= RelationKind::needs;
+    if (place == nullptr) place = &mapping;
+    problems_.add(on_key ? place->key_position : place->position, joined(path, broken.first->name),
+                  message_of(broken, mapping, path, group));
+  });
 }
 
 Validator::Read Validator::value(const ParameterInfo& info, const Node& node,
@@ -294,6 +362,12 @@ Validator::Read Validator::list(const ParameterInfo& info, const Node& node,
   if (node.patch) return patched_list(info, node, path, base);
   if (node.kind != Node::Kind::sequence) {
     wrong(node, path, "a list", "; write [a, b] or a line '- a' for each element");
+    return {};
+  }
+  const std::size_t count = node.items.size();
+  if (count < info.minimum_count || count > info.maximum_count) {
+    problems_.add(node.position, path,
+                  plugins::plural(count, "element") + "; allowed: " + plugins::count_text(info));
     return {};
   }
   ParameterValue result = scalar(ParameterKind::list);

@@ -64,6 +64,9 @@ class Validator {
                     const plugins::ParameterValue* base);
   Read table(const ParameterInfo& info, const Node& node, const std::string& path);
 
+  void relations(std::span<const ParameterInfo> fields, const Node& mapping,
+                 const std::string& path, const plugins::ParameterValue& group,
+                 std::span<const std::string> faulty);
   void wrong(const Node& node, const std::string& path, const std::string& expected,
              const std::string& hint = {});
   [[nodiscard]] bool is_plain_scalar(const Node& node, const std::string& path,

@@ -20,7 +20,8 @@ namespace somas::host {
 namespace {
 
 const std::vector<std::string> command_names = {"run",    "validate", "plugins", "describe",
-                                                "replay", "compete",  "render",  "movie"};
+                                                "schema", "replay",   "compete", "render",
+                                                "movie",  "export"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -53,8 +54,11 @@ struct Options {
   ValidateCommand validate;
   PluginsCommand plugins;
   DescribeCommand describe;
+  SchemaCommand schema;
   ReplayCommand replay;
   CompeteCommand compete;
+  ExportCommand exported;
+  std::string record;  ///< --record of run
   RenderCommand render;
   MovieCommand movie;
   std::string opponents;  ///< --against
@@ -111,6 +115,11 @@ void add_run(CLI::App& parser, Options& options) {
                  "repeated")
       ->type_name("FILE")
       ->allow_extra_args(false);
+  app.add_option("--record", options.record,
+                 "Whose lives are recorded: champions, all or none (the same as --set "
+                 "record.what=...)")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"champions", "all", "none"}).description(""));
   app.add_option("--threads", run.threads,
                  "Threads that evaluate; default: one per processor. Never changes results")
       ->type_name("N")
@@ -144,6 +153,13 @@ void add_describe(CLI::App& parser, Options& options) {
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"text", "yaml", "markdown"}).description(""));
   add_plugin_path(app, describe.plugin_path);
+}
+
+void add_schema(CLI::App& parser, Options& options) {
+  CLI::App& app = *parser.add_subcommand(
+      "schema", "Print a JSON Schema of experiment files and all plugins found, for editors");
+  app.add_option("--out", options.schema.out, "Write it to this file")->type_name("FILE");
+  add_plugin_path(app, options.schema.plugin_path);
 }
 
 void add_moments(CLI::App& app, Options& options) {
@@ -370,8 +386,23 @@ void add_movie(CLI::App& parser, MovieCommand& movie) {
 }
 
 // The short options come last, so that they win over --set.
+void add_export(CLI::App& parser, Options& options) {
+  ExportCommand& command = options.exported;
+  CLI::App& app = *parser.add_subcommand("export", "Write a recording for other programs");
+  app.add_option("FILE", command.file, "The recording (HDF5)")->type_name("")->required();
+  app.add_option("--format", command.format,
+                 "csv (tables), vtp (ParaView) or xyz (extended XYZ, for OVITO)")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"csv", "vtp", "xyz"}).description(""))
+      ->required();
+  app.add_option("--out", command.out, "A directory, absent or empty")
+      ->type_name("DIR")
+      ->required();
+}
+
 void add_short_overrides(const Options& options, std::vector<std::string>& overrides) {
   if (options.seed) overrides.push_back("seed=" + std::to_string(*options.seed));
+  if (!options.record.empty()) overrides.push_back("record.what=" + options.record);
   if (options.generations)
     overrides.push_back("evolution.generations=" + std::to_string(*options.generations));
 }
@@ -389,8 +420,10 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("render")) return options.render;
   if (parser.got_subcommand("movie")) return options.movie;
   if (parser.got_subcommand("validate")) return options.validate;
+  if (parser.got_subcommand("export")) return options.exported;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
+  if (parser.got_subcommand("schema")) return options.schema;
   options.replay.save = options.save_option->count() > 0;
   if (options.replay.save && !options.save_state.empty())
     options.replay.save_state = options.save_state;
@@ -413,8 +446,10 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_validate(parser, options);
   add_plugins(parser, options);
   add_describe(parser, options);
+  add_schema(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);
+  add_export(parser, options);
   add_render(parser, options.render);
   add_movie(parser, options.movie);
 

@@ -44,6 +44,12 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// somas-host schema
+struct SchemaCommand {
+  std::vector<std::filesystem::path> plugin_path;
+  std::optional<std::filesystem::path> out;
+};
+
 /// replay --picture FILE
 struct PictureCommand {
   std::optional<std::filesystem::path> file;
@@ -94,6 +100,13 @@ struct CompeteCommand {
   std::optional<std::filesystem::path> csv;
 };
 
+/// somas-host export FILE
+struct ExportCommand {
+  std::filesystem::path file;
+  std::string format;
+  std::filesystem::path out;
+};
+
 /// somas-host render RUN...
 struct RenderCommand {
   std::vector<std::filesystem::path> runs;
@@ -132,15 +145,18 @@ struct Done {
   int exit_code = 0;
 };
 
-using Command = std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand,
-                             ReplayCommand, CompeteCommand, RenderCommand, MovieCommand>;
+using Command =
+    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, SchemaCommand,
+                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand, ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
+int execute(const SchemaCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);
+int execute(const ExportCommand& command, run::Terminal& terminal);
 int execute(const RenderCommand& command, run::Terminal& terminal);
 int execute(const MovieCommand& command, run::Terminal& terminal);
 

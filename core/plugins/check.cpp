@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/plugins/elf.hpp"
+#include "core/plugins/relations.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/values.hpp"
 
@@ -55,6 +56,11 @@ void check_default(const ParameterInfo& info, const std::string& where) {
     bad(where, "its default " + std::to_string(fallback.integer) + " is out of its range");
 }
 
+// A default that there is; what is required has any number.
+std::uint64_t fallback_count(const ParameterInfo& info) {
+  return info.fallback.kind == ParameterKind::list ? info.fallback.count : info.minimum_count;
+}
+
 void check_parameter(const ParameterInfo& info, const std::string& where, int depth) {
   if (info.size != sizeof(ParameterInfo)) bad(where, "its size is that of another SDK");
   if (info.kind < ParameterKind::number || info.kind > ParameterKind::table)
@@ -65,11 +71,84 @@ void check_parameter(const ParameterInfo& info, const std::string& where, int de
   check_default(info, where);
   if (info.kind == ParameterKind::list) {
     if (info.field_count != 1 || info.fields == nullptr) bad(where, "does not say of what it is");
+    if (info.minimum_count > info.maximum_count) bad(where, "no number of elements is allowed");
+    if (fallback_count(info) < info.minimum_count || fallback_count(info) > info.maximum_count)
+      bad(where, "its default has a wrong number of elements");
     check_parameter(info.fields[0], where + "[]", depth + 1);
     if (info.fields[0].kind == ParameterKind::group) return;
   }
   if (info.kind == ParameterKind::group)
     check_parameters(info.fields, info.field_count, where, depth + 1);
+}
+
+bool is_number(const ParameterInfo& info) {
+  return info.kind == ParameterKind::number || info.kind == ParameterKind::integer;
+}
+
+bool has_word(const ParameterInfo& info, const std::string& word) {
+  if (info.kind == ParameterKind::boolean) return word == "true" || word == "false";
+  if (info.kind != ParameterKind::choice) return false;
+  const std::vector<std::string> words = choices_of(info);
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+// What is wrong with a relation; empty: nothing.
+std::string fault_in(const Relation& relation, const ParameterInfo& first,
+                     const ParameterInfo& other) {
+  switch (relation.kind) {
+    case RelationKind::at_most:
+    case RelationKind::less_than:
+      return is_number(first) && is_number(other) ? "" : "compares what is no number";
+    case RelationKind::differs: {
+      const bool plain = first.kind != ParameterKind::list && first.kind != ParameterKind::group &&
+                         first.kind != ParameterKind::table;
+      const bool alike = first.kind == other.kind || (is_number(first) && is_number(other));
+      return plain && alike ? "" : "compares what cannot be compared";
+    }
+    case RelationKind::needs:
+    case RelationKind::excludes:
+      return can_be_unset(first) && can_be_unset(other)
+                 ? ""
+                 : "is about a parameter that always has a value";
+    case RelationKind::only_when:
+    case RelationKind::required_when:
+      if (!can_be_unset(first)) return "is about a parameter that always has a value";
+      if (relation.word_count == 0) return "names no word of the other";
+      for (const std::string& word : words_of(relation))
+        if (!has_word(other, word)) return "names '" + word + "', which is no word of the other";
+      return "";
+  }
+  return "is of unknown kind " + std::to_string(static_cast<unsigned>(relation.kind));
+}
+
+void check_relations(std::span<const ParameterInfo> fields, const std::string& where) {
+  for (const ParameterInfo& first : fields) {
+    const std::string of = where + "." + first.name;
+    if (first.relation_count > most_entries || (first.relation_count > 0 && !first.relations))
+      bad(of, "has no list of relations");
+    for (const Relation& relation : relations_of(first)) {
+      if (relation.size != sizeof(Relation)) bad(of, "its relations are those of another SDK");
+      if (relation.other == nullptr || relation.word_count > most_entries ||
+          (relation.word_count > 0 && relation.words == nullptr))
+        bad(of, "a relation does not say to what");
+      const auto other = std::find_if(fields.begin(), fields.end(), [&](const ParameterInfo& info) {
+        return &info != &first && std::string_view(info.name) == relation.other;
+      });
+      if (other == fields.end())
+        bad(of, "a relation is to '" + std::string(relation.other) +
+                    "', which is no other parameter of its group");
+      const std::string fault = fault_in(relation, first, *other);
+      if (!fault.empty()) bad(of, "the relation to '" + std::string(relation.other) + "' " + fault);
+    }
+  }
+  // What is missing may be given by the file, as what is required must be.
+  find_broken(fields, defaults_of(fields), [&](const BrokenRelation& broken) {
+    const RelationKind kind = broken.relation->kind;
+    const bool asks = kind == RelationKind::needs || kind == RelationKind::required_when;
+    if (!asks && broken.first->required == 0 && broken.other->required == 0)
+      bad(where + "." + broken.first->name,
+          "the defaults break its own rule: " + relation_text(*broken.relation));
+  });
 }
 
 void check_parameters(const ParameterInfo* first, std::uint64_t count, const std::string& where,
@@ -85,6 +164,7 @@ void check_parameters(const ParameterInfo* first, std::uint64_t count, const std
       bad(where, "two parameters are called '" + std::string(name) + "'");
     check_parameter(first[i], where + "." + name, depth);
   }
+  check_relations({first, count}, where);
 }
 
 void check_class(const ClassInfo& info, std::uint64_t index) {

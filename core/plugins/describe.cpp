@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/plugins/relations.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -35,14 +36,27 @@ std::string type_name(const ParameterInfo& info) {
   return "nothing";
 }
 
-std::string allowed(const ParameterInfo& info) {
+std::string allowed_alone(const ParameterInfo& info) {
   if (info.kind == ParameterKind::choice) return join(choices_of(info));
   if (info.kind == ParameterKind::boolean) return "true, false";
-  if (info.kind == ParameterKind::list && info.field_count == 1) return range_text(info.fields[0]);
+  if (info.kind == ParameterKind::list) {
+    const std::string count = count_text(info);
+    const bool plain = info.fields[0].kind != ParameterKind::group;
+    const std::string element = plain ? allowed_alone(info.fields[0]) : "";
+    return count.empty() || element.empty() ? count + element : count + ", each " + element;
+  }
   std::string range = range_text(info);
   const bool has_unit = info.unit != nullptr && *info.unit != '\0';
   if (range.empty() && has_unit) return std::string("[").append(info.unit).append("]");
   return range;
+}
+
+// With what other parameters ask.
+std::string allowed(const ParameterInfo& info) {
+  std::string text = allowed_alone(info);
+  for (const Relation& relation : relations_of(info))
+    text.append(text.empty() ? "" : "; ").append(relation_text(relation));
+  return text;
 }
 
 // Lists of mappings and other long defaults are written out in YAML only.

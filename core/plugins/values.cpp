@@ -2,6 +2,9 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
+
+#include "core/plugins/suggest.hpp"
 
 namespace somas::plugins {
 
@@ -100,6 +103,17 @@ std::string range_text(const ParameterInfo& info) {
     text = "at most " + format_number(info.maximum);
   const bool has_unit = info.unit != nullptr && *info.unit != '\0';
   return text.empty() || !has_unit ? text : text + " [" + info.unit + "]";
+}
+
+std::string count_text(const ParameterInfo& list) {
+  const bool above = list.maximum_count != std::numeric_limits<std::uint64_t>::max();
+  const std::string least = std::to_string(list.minimum_count);
+  if (above && list.minimum_count == list.maximum_count)
+    return plural(list.minimum_count, "element");
+  if (above && list.minimum_count > 0)
+    return least + " to " + plural(list.maximum_count, "element");
+  if (above) return "at most " + plural(list.maximum_count, "element");
+  return list.minimum_count > 0 ? "at least " + plural(list.minimum_count, "element") : "";
 }
 
 std::string kind_text(const ParameterInfo& info) {

@@ -57,6 +57,8 @@ class PackedValue {
 [[nodiscard]] std::string format_number(double number);
 /// "0 to 1", "at least 1", "greater than 0", with the unit; empty when everything is allowed.
 [[nodiscard]] std::string range_text(const ParameterInfo& info);
+/// "2 to 8 elements", "at least 1 element"; empty when any number is allowed.
+[[nodiscard]] std::string count_text(const ParameterInfo& list);
 /// "a number", "an integer", "a list of ...".
 [[nodiscard]] std::string kind_text(const ParameterInfo& info);
 /// Whether a number or integer lies in the parameter's range.

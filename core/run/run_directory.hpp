@@ -7,6 +7,7 @@
 //   individuals.csv          a line an individual: lineage
 //   champions/gen-0000.json  the best of each generation, with its recorded life
 //   champions/gen-0000-2.json  the same of the second population, in mode coevolution
+//   recordings/gen-0003.h5   recorded lives, if the experiment wants them
 //   genomes/given-0.json     saved genomes that seeded the first generation, if any
 //   states/                  worlds in mid-life that a replay saved, if any
 //   timing.csv               all that depends on the clock

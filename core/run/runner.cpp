@@ -8,6 +8,7 @@
 #include "core/plugins/suggest.hpp"
 #include "core/run/contest.hpp"
 #include "core/run/progress.hpp"
+#include "core/run/recordings.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
@@ -55,6 +56,7 @@ class Run {
     const std::filesystem::path path =
         make_run_directory(options.out, experiment.name, experiment.seed);
     directory_.emplace(path, experiment, manifest, given);
+    recordings_.emplace(experiment_, heredity_, path);
     report_.directory = path;
     for (const std::string& warning : warnings) terminal.line("warning: " + warning);
     if (options.quiet) return;
@@ -101,7 +103,7 @@ class Run {
       records[p].number = number;
       records[p].population = &populations_[p];
       absorb(*results, p, records[p]);
-      if (!record_champion(*results, p, records[p])) return false;
+      if (!record_champion(*results, p, records[p]) || !record_all(number, p)) return false;
     }
 
     const std::chrono::duration<double> seconds = Clock::now() - begun;
@@ -195,14 +197,8 @@ class Run {
     const Contest::Part part = contest_->part(population, best, 0);
     const evaluation::Row& expected = results[part.match].rows[part.seat];
     Champion& champion = record.champion;
-    champion.experiment = experiment_.name;
-    champion.generation = record.number;
-    if (populations_.size() > 1) champion.population = static_cast<std::uint32_t>(population) + 1;
-    champion.individual = populations_[population][best];
-    champion.seed = contest_->matches()[part.match].seed;
-    champion.roster = contest_->roster(part.match);
-    champion.own_seat = part.seat;
-    auto life = run::record_life(ecosystem_, task_of(champion), part.seat, stop_);
+    champion = first_trial_of(record.number, population, best);
+    auto life = recordings_->champion(champion, stop_);
     if (!life) return false;
     if (life->outcome.survival != expected.outcome.survival || life->score != expected.score)
       throw std::runtime_error(
@@ -212,6 +208,29 @@ class Run {
           std::to_string(life->outcome.survival) +
           " when simulated again with the same seed; does a plugin keep state of its own?");
     champion.life = std::move(*life);
+    return true;
+  }
+
+  /// An individual in the world of its first trial, before it lives.
+  [[nodiscard]] Champion first_trial_of(std::uint64_t number, std::size_t population,
+                                        std::size_t index) const {
+    const Contest::Part part = contest_->part(population, index, 0);
+    Champion who;
+    who.experiment = experiment_.name;
+    who.generation = number;
+    if (populations_.size() > 1) who.population = static_cast<std::uint32_t>(population) + 1;
+    who.individual = populations_[population][index];
+    who.seed = contest_->matches()[part.match].seed;
+    who.roster = contest_->roster(part.match);
+    who.own_seat = part.seat;
+    return who;
+  }
+
+  /// Everybody's recording, if the experiment wants it. False if stopped.
+  bool record_all(std::uint64_t number, std::size_t population) {
+    if (!recordings_->of_all()) return true;
+    for (std::size_t i = 0; i < populations_[population].size(); ++i)
+      if (!recordings_->individual(first_trial_of(number, population, i), stop_)) return false;
     return true;
   }
 
@@ -251,6 +270,7 @@ class Run {
   evaluation::StopToken stop_;
   std::vector<model::Genome> given_;
   std::optional<RunDirectory> directory_;
+  std::optional<Recordings> recordings_;
   std::optional<Progress> progress_;
   std::vector<evolution::Population> populations_;
   std::vector<FormerChampion> former_;  ///< by generation, for the hall of fame

@@ -4,7 +4,7 @@
 #
 # usage: tests/docs/run_docs.sh [--update] BUILD_DIRECTORY PAGE
 #
-# Blocks run in order in a scratch directory that holds experiments/, and the build directory as
+# Blocks run in order in a scratch directory that holds experiments/ and docs/examples/, and the build directory as
 # build/release, with somas-host on the PATH. Comments before a block, invisible to readers, say more:
 #
 #   <!-- test: skip REASON -->  the shell block is not run
@@ -32,6 +32,8 @@ trap 'rm -rf "$scratch"' EXIT
 work=$scratch/work
 mkdir -p "$work/build"
 cp -r "$root/experiments" "$work/"
+mkdir "$work/docs"
+cp -r "$root/docs/examples" "$work/docs/"
 ln -s "$build" "$work/build/release"
 unset SOMAS_PLUGIN_PATH
 
@@ -48,7 +50,7 @@ portable() { sed -e "s|$build|build/release|g" -e "s|$work/||g" -e "s|$work|.|g"
 
 run_block() {
   local code=0
-  (cd "$work" && PATH="$build/bin:$PATH" bash -euo pipefail -c "$block") \
+  (cd "$work" && PATH="$build/bin:/usr/bin:$PATH" bash -euo pipefail -c "$block") \
     >"$scratch/out" 2>"$scratch/err" </dev/null || code=$?
   ran=$((ran + 1))
   if ((expected_code != 0)); then cat "$scratch/err" >>"$scratch/out"; fi

@@ -150,6 +150,94 @@ TEST(Collecting, TakesDefaultsFromTheStruct) {
   EXPECT_EQ(skills.items[1].number, 0.5);
 }
 
+enum class Shade { dark, light };
+
+struct More {
+  std::optional<std::int64_t> count{};
+  std::optional<std::string> label = "given";
+  std::vector<std::int64_t> ranks = {3, 4};
+  std::vector<std::string> names = {"x"};
+  std::vector<bool> flags = {true, false};
+  std::vector<std::string> modes = {"fast"};
+  Shade shade = Shade::light;
+  std::optional<std::string> voice{};
+  void describe(Describe& d) {
+    d("count", count, "How many");
+    d("label", label, "A label");
+    d("ranks", ranks, "Ranks", {.minimum = 0, .minimum_count = 1, .maximum_count = 5});
+    d("names", names, "Names");
+    d("flags", flags, "Flags");
+    d.choices("modes", modes, {"slow", "fast"}, "Modes");
+    d.choice("shade", shade, {{"dark", Shade::dark}, {"light", Shade::light}}, "Shade");
+    d.choice("voice", voice, {"high", "low"}, "Voice");
+    d.needs("count", "label");
+    d.only_when("count", "shade", {"dark"});
+  }
+};
+
+TEST(Collecting, TakesOptionalsListsAndEnumerations) {
+  More more;
+  Describe d;
+  more.describe(d);
+  EXPECT_EQ(find(d, "count").kind, ParameterKind::integer);
+  EXPECT_EQ(find(d, "count").fallback.kind, ParameterKind::none);
+  EXPECT_STREQ(find(d, "label").fallback.text, "given");
+  const ParameterInfo& ranks = find(d, "ranks");
+  EXPECT_EQ(ranks.minimum_count, 1u);
+  EXPECT_EQ(ranks.maximum_count, 5u);
+  EXPECT_EQ(ranks.fields[0].kind, ParameterKind::integer);
+  EXPECT_EQ(ranks.fallback.items[1].integer, 4);
+  EXPECT_STREQ(find(d, "names").fallback.items[0].text, "x");
+  EXPECT_EQ(find(d, "flags").fallback.items[0].integer, 1);
+  EXPECT_EQ(find(d, "flags").fallback.items[1].integer, 0);
+  EXPECT_EQ(find(d, "modes").fields[0].kind, ParameterKind::choice);
+  EXPECT_EQ(find(d, "modes").fields[0].choice_count, 2u);
+  EXPECT_EQ(find(d, "modes").fallback.items[0].kind, ParameterKind::choice);
+  EXPECT_STREQ(find(d, "shade").fallback.text, "light");
+  EXPECT_STREQ(find(d, "shade").choices[0], "dark");
+  EXPECT_EQ(find(d, "voice").fallback.kind, ParameterKind::none);
+}
+
+TEST(Collecting, KeepsRelationsWithTheParameterTheyBeginWith) {
+  More more;
+  Describe d;
+  more.describe(d);
+  const ParameterInfo& count = find(d, "count");
+  ASSERT_EQ(count.relation_count, 2u);
+  EXPECT_EQ(count.relations[0].kind, RelationKind::needs);
+  EXPECT_STREQ(count.relations[0].other, "label");
+  EXPECT_EQ(count.relations[1].kind, RelationKind::only_when);
+  ASSERT_EQ(count.relations[1].word_count, 1u);
+  EXPECT_STREQ(count.relations[1].words[0], "dark");
+  EXPECT_EQ(find(d, "label").relation_count, 0u);
+}
+
+TEST(Reading, SetsOptionalsListsAndEnumerations) {
+  Tree tree;
+  const Value values = tree.of(
+      ParameterKind::group,
+      {Tree::named("count", Tree::integer(9)),
+       Tree::named("ranks", tree.of(ParameterKind::list, {Tree::integer(5)})),
+       Tree::named("names", tree.of(ParameterKind::list, {Tree::text("a"), Tree::text("b")})),
+       Tree::named("flags",
+                   tree.of(ParameterKind::list, {Tree::integer(0, ParameterKind::boolean)})),
+       Tree::named("modes",
+                   tree.of(ParameterKind::list, {Tree::text("slow", ParameterKind::choice)})),
+       Tree::named("shade", Tree::text("dark", ParameterKind::choice)),
+       Tree::named("voice", Tree::text("low", ParameterKind::choice))});
+  More more;
+  Describe reader(values);
+  more.describe(reader);
+  EXPECT_EQ(more.count, 9);
+  EXPECT_EQ(more.label, "given") << "left out";
+  EXPECT_EQ(more.ranks, std::vector<std::int64_t>{5});
+  EXPECT_EQ(more.names, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(more.flags, std::vector<bool>{false});
+  EXPECT_EQ(more.modes, std::vector<std::string>{"slow"});
+  EXPECT_EQ(more.shade, Shade::dark);
+  EXPECT_EQ(more.voice, "low");
+}
+
 TEST(Collecting, KeepsDocUnitAndLimits) {
   Everything everything;
   Describe d;

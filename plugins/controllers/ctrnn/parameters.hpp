@@ -35,6 +35,7 @@ struct Parameters {
     d("mutation_sigma", mutation_sigma,
       "Standard deviation of a change, as a share of the width of the gene's range",
       {.minimum = 0, .maximum = 1, .minimum_open = true});
+    d.at_most("tau_min", "tau_max");
   }
 };
 

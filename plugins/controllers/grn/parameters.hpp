@@ -51,6 +51,9 @@ struct Parameters {
       "Regulators of two parents pair up below this distance, 0.75 id + 0.125 enhancer + "
       "0.125 inhibitor",
       {.minimum = 0, .maximum = 1});
+    d.at_most("initial_regulators", "max_regulators");
+    d.at_most("beta_min", "beta_max");
+    d.at_most("delta_min", "delta_max");
   }
 };
 

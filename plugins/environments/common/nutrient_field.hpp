@@ -22,14 +22,14 @@ struct PatchParameters {
 
   void describe(Describe& d) {
     d("capacity", capacity, "Nutrient that a full patch holds",
-      {.unit = "nutrient", .minimum = 0, .minimum_open = true});
+      {.unit = "nutrient", .minimum = 1e-9, .maximum = 1e9});
     d("regeneration", regeneration, "Nutrient that grows in a patch, up to its capacity",
-      {.unit = "nutrient/step", .minimum = 0});
+      {.unit = "nutrient/step", .minimum = 0, .maximum = 1e9});
     d("resolution", resolution,
       "Patches along an edge of the grid; if even, edges of patches run through the origin",
       {.unit = "patches", .minimum = 1, .maximum = 1024});
     d("side", side, "Edge of a patch; resolution x side should span the world",
-      {.unit = "length", .minimum = 0, .minimum_open = true});
+      {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
     d("production_skill", production_skill,
       "Skill of the states that limits how much a cell takes up in a step");
   }

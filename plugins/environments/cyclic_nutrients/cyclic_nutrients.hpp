@@ -50,13 +50,13 @@ class CyclicNutrients final : public Environment {
       patches.describe(d);
       d("half_side", half_side,
         "Half the side of the square round the origin: patches with their centre inside belong",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("present", present, "How long nutrients are present each time",
-        {.unit = "steps", .minimum = 1});
+        {.unit = "steps", .minimum = 1, .maximum = 1e9});
       d("first_gap", first_gap, "Length of the first gap; gaps are rounded up to whole steps",
-        {.unit = "steps", .minimum = 0, .minimum_open = true});
+        {.unit = "steps", .minimum = 1e-9, .maximum = 1e9});
       d("gap_growth", gap_growth, "Length of a gap over the one before, before rounding",
-        {.minimum = 1});
+        {.minimum = 1, .maximum = 1e6});
     }
   };
 

@@ -29,13 +29,18 @@ class Nutrients final : public Environment {
     void describe(Describe& d) {
       patches.describe(d);
       d("initial", initial, "Content of a patch at the start, at most capacity; left out: full",
-        {.unit = "nutrient", .minimum = 0});
+        {.unit = "nutrient", .minimum = 0, .maximum = 1e9});
       d.choice("region", region, {"everywhere", "square", "disc"},
                "Where nutrients are: the patches with their centre inside, round the origin");
       d("half_side", half_side, "Half the side of the square; for region square only",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("radius", radius, "Radius of the disc; for region disc only",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
+      d.at_most("initial", "capacity");
+      d.only_when("half_side", "region", {"square"});
+      d.required_when("half_side", "region", {"square"});
+      d.only_when("radius", "region", {"disc"});
+      d.required_when("radius", "region", {"disc"});
     }
   };
 

@@ -39,21 +39,23 @@ class ParticleAggression final : public Environment {
     void describe(Describe& d) {
       d("spawn_radius", spawn_radius,
         "Radius of the circle round the origin where particles start; left out: the world's",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("speed", speed, "Distance that a particle flies in a step",
-        {.unit = "length/step", .minimum = 0, .minimum_open = true});
+        {.unit = "length/step", .minimum = 1e-6, .maximum = 1e6});
       d("aim_spread", aim_spread,
         "Standard deviation, along x and along y, of the points aimed at round the origin",
-        {.unit = "length", .minimum = 0});
+        {.unit = "length", .minimum = 0, .maximum = 1e6});
       d("energy", energy, "Energy of a particle; a cell dies above its resistance",
-        {.unit = "energy", .minimum = 0, .minimum_open = true});
-      d("start", start, "First step of aggression, where t = 0", {.unit = "step", .minimum = 0});
-      d("rate_scale", rate_scale, "Factor on the whole rate", {.minimum = 0});
-      d("rate_constant", rate_constant, "Rate at t = 0", {.unit = "particles/step", .minimum = 0});
+        {.unit = "energy", .minimum = 1e-9, .maximum = 1e9});
+      d("start", start, "First step of aggression, where t = 0",
+        {.unit = "step", .minimum = 0, .maximum = 1e9});
+      d("rate_scale", rate_scale, "Factor on the whole rate", {.minimum = 0, .maximum = 1e6});
+      d("rate_constant", rate_constant, "Rate at t = 0",
+        {.unit = "particles/step", .minimum = 0, .maximum = 1e6});
       d("rate_linear", rate_linear, "Growth of the rate with t",
-        {.unit = "particles/step^2", .minimum = 0});
+        {.unit = "particles/step^2", .minimum = 0, .maximum = 1e6});
       d("rate_quadratic", rate_quadratic, "Growth of the rate with the square of t",
-        {.unit = "particles/step^3", .minimum = 0});
+        {.unit = "particles/step^3", .minimum = 0, .maximum = 1e6});
       d("resistance_skill", resistance_skill,
         "Skill of the states: the energy that a cell can absorb and live");
     }

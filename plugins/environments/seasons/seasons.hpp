@@ -43,10 +43,12 @@ class Seasons final : public Environment {
       d.choice("shape", shape, {"sine", "square", "triangle", "ramp"}, "How it goes up and down");
       d("period", period, "Length of a cycle; of a ramp: until its end",
         {.unit = "steps", .minimum = 1, .maximum = 1e15});
-      d("amplitude", amplitude, "Largest change, as a part of the parameter's value");
+      d("amplitude", amplitude, "Largest change, as a part of the parameter's value",
+        {.minimum = -1e6, .maximum = 1e6});
       d("phase", phase, "Where in its cycle the wave begins, as a part of the period",
         {.minimum = 0, .maximum = 1});
-      d("from", from, "First step of the first cycle", {.unit = "step", .minimum = 0});
+      d("from", from, "First step of the first cycle",
+        {.unit = "step", .minimum = 0, .maximum = 1e15});
     }
 
     /// The wave in step `t`, within -1 and 1.
@@ -57,7 +59,8 @@ class Seasons final : public Environment {
     std::vector<Cycle> cycles;
 
     void describe(Describe& d) {
-      d.list("cycles", cycles, "The parameters that vary, each in one cycle", true);
+      d.list("cycles", cycles, "The parameters that vary, each in one cycle",
+             {.required = true, .minimum_count = 1});
     }
   };
 

@@ -30,9 +30,12 @@ class ToxinGradient final : public Environment {
     double rate = 0;
 
     void describe(Describe& d) {
-      d("x", x, "Place of the source, on the grid", {.unit = "length", .required = true});
-      d("y", y, "Place of the source, on the grid", {.unit = "length", .required = true});
-      d("rate", rate, "Toxin given off", {.unit = "toxin/step", .minimum = 0, .required = true});
+      d("x", x, "Place of the source, on the grid",
+        {.unit = "length", .minimum = -1e6, .maximum = 1e6, .required = true});
+      d("y", y, "Place of the source, on the grid",
+        {.unit = "length", .minimum = -1e6, .maximum = 1e6, .required = true});
+      d("rate", rate, "Toxin given off",
+        {.unit = "toxin/step", .minimum = 0, .maximum = 1e9, .required = true});
     }
   };
 
@@ -54,26 +57,26 @@ class ToxinGradient final : public Environment {
         "Squares along an edge of the grid; if odd, one is centred on the origin",
         {.unit = "squares", .minimum = 1, .maximum = 1024});
       d("side", side, "Edge of a square; resolution x side should span the world",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d.list("sources", sources, "Points that give off toxin; several in a square add up");
       d.choice("edge", edge, {"none", "left", "right", "top", "bottom"},
                "Edge of the grid whose squares are held at the concentration emission_scale");
       d("emission_scale", emission_scale,
         "Factor on all rates, and the concentration of the held edge; may vary in time",
-        {.minimum = 0});
+        {.minimum = 0, .maximum = 1e9});
       d("diffusion", diffusion, "Diffusion coefficient, at most side^2 / 4",
-        {.unit = "length^2/step", .minimum = 0});
+        {.unit = "length^2/step", .minimum = 0, .maximum = 1e12});
       d("decay", decay, "Share of the toxin that decays, at most 1 - 4 diffusion / side^2",
         {.unit = "1/step", .minimum = 0, .maximum = 1});
       d.choice(
           "boundary", boundary, {"zero_flux", "absorbing"},
           "What the edges of the grid do: let nothing pass, or border on a world without toxin");
       d("saturation", saturation, "Concentration that the sensor reads as 1",
-        {.unit = "toxin/length^2", .minimum = 0, .minimum_open = true});
+        {.unit = "toxin/length^2", .minimum = 1e-9, .maximum = 1e9});
       d("toxicity", toxicity,
         "Dose that a cell absorbs at concentration 1; may vary in time; a cell dies above its "
         "resistance",
-        {.unit = "dose/step", .minimum = 0});
+        {.unit = "dose/step", .minimum = 0, .maximum = 1e9});
       d("resistance_skill", resistance_skill,
         "Skill of the states: the dose that a cell can absorb and live");
     }

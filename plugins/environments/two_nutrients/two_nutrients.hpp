@@ -37,18 +37,20 @@ class TwoNutrients final : public Environment {
 
     void describe(Describe& d) {
       d("capacity", capacity, "Most that a patch holds of either nutrient",
-        {.unit = "nutrient", .minimum = 0, .minimum_open = true});
+        {.unit = "nutrient", .minimum = 1e-9, .maximum = 1e9});
       d("initial", initial, "Content of a patch at the start, at most capacity; left out: full",
-        {.unit = "nutrient", .minimum = 0});
+        {.unit = "nutrient", .minimum = 0, .maximum = 1e9});
       d("yield", yield, "Part of what was eaten of one that comes back as the other",
         {.minimum = 0, .maximum = 1});
       d("regeneration", regeneration, "What grows of either in a patch by itself",
-        {.unit = "nutrient/step", .minimum = 0});
+        {.unit = "nutrient/step", .minimum = 0, .maximum = 1e9});
       d("resolution", resolution, "Patches along an edge of the grid",
         {.unit = "patches", .minimum = 1, .maximum = 1024});
-      d("side", side, "Edge of a patch", {.unit = "length", .minimum = 0, .minimum_open = true});
+      d("side", side, "Edge of a patch", {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("skill_a", skill_a, "Skill that limits how much of the first a cell takes up in a step");
       d("skill_b", skill_b, "The same of the second; must be another skill");
+      d.at_most("initial", "capacity");
+      d.differs("skill_a", "skill_b");
     }
   };
 

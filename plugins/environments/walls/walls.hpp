@@ -12,6 +12,7 @@
 // pressure.
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,23 +43,35 @@ class Walls final : public Environment {
     std::optional<double> half_width{}, half_height{};
     std::optional<double> thickness{}, gap_y{}, gap_width{};
 
+    /// A key is given if, and only if, the kind has it.
+    static void belongs(Describe& d, const char* key, std::initializer_list<const char*> kinds) {
+      d.only_when(key, "kind", kinds);
+      d.required_when(key, "kind", kinds);
+    }
     void describe(Describe& d) {
       d.choice("kind", kind, {"disc", "box", "enclosure", "gap_wall"},
                "A solid disc, a solid rectangle, a rectangle that cells stay inside, or an upright "
                "wall with a gap, symmetric to y = 0 but for the gap");
-      d("x", x, "Centre of the shape; every kind needs it", {.unit = "length"});
-      d("y", y, "Centre of a disc, box or enclosure", {.unit = "length"});
-      d("radius", radius, "Radius of a disc",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+      d("x", x, "Centre of the shape",
+        {.unit = "length", .minimum = -1e6, .maximum = 1e6, .required = true});
+      d("y", y, "Centre of a disc, box or enclosure",
+        {.unit = "length", .minimum = -1e6, .maximum = 1e6});
+      d("radius", radius, "Radius of a disc", {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("half_width", half_width, "Half the extent along x of a box or enclosure",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("half_height", half_height, "Half the extent along y of a box, enclosure or gap_wall",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
       d("thickness", thickness, "Extent along x of a gap_wall",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
-      d("gap_y", gap_y, "Middle of the gap of a gap_wall", {.unit = "length"});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
+      d("gap_y", gap_y, "Middle of the gap of a gap_wall",
+        {.unit = "length", .minimum = -1e6, .maximum = 1e6});
       d("gap_width", gap_width, "Width of the gap of a gap_wall",
-        {.unit = "length", .minimum = 0, .minimum_open = true});
+        {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
+      belongs(d, "y", {"disc", "box", "enclosure"});
+      belongs(d, "radius", {"disc"});
+      belongs(d, "half_width", {"box", "enclosure"});
+      belongs(d, "half_height", {"box", "enclosure", "gap_wall"});
+      for (const char* key : {"thickness", "gap_y", "gap_width"}) belongs(d, key, {"gap_wall"});
     }
   };
 
@@ -71,13 +84,13 @@ class Walls final : public Environment {
     void describe(Describe& d) {
       d.list("obstacles", obstacles, "What stands in the way; pictures show it");
       d("stiffness", stiffness, "Spring of a contact",
-        {.unit = "force/length", .minimum = 0, .minimum_open = true});
+        {.unit = "force/length", .minimum = 1e-6, .maximum = 1e6});
       d("damping", damping, "Damper of a contact, along its normal",
-        {.unit = "force time/length", .minimum = 0});
+        {.unit = "force time/length", .minimum = 0, .maximum = 1e6});
       d("lightest_mass", lightest_mass,
         "Mass of the lightest cell for which contacts must be stable; walls do not see the tree, "
         "so this must be at most the least mass of its states",
-        {.unit = "mass", .minimum = 0, .minimum_open = true});
+        {.unit = "mass", .minimum = 1e-6, .maximum = 1e6});
     }
   };
 

@@ -36,7 +36,7 @@ struct EvolvedTreeParameters {
     d("max_depth", max_depth, "Most states from the root to a leaf, both counted",
       {.minimum = 1, .maximum = 64});
     d("budget", budget, "Points that a state spends on skills, each at the skill's price",
-      {.unit = "points", .minimum = 0, .minimum_open = true});
+      {.unit = "points", .minimum = 1e-9, .maximum = 1e9});
     d("returns", returns,
       "Exponent of what points buy: 1 is in proportion; above, specialists get more than their "
       "share and jacks of all trades less",

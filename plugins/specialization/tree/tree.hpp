@@ -47,7 +47,7 @@ class Tree final : public Specialization {
       d("motility", motility,
         "Force with which a cell crawls along the gradient of a morphogen: up when positive, down "
         "when negative",
-        {.unit = "force"});
+        {.unit = "force", .minimum = -1e6, .maximum = 1e6});
       d("motility_signal", motility_signal, "Which morphogen it follows, counted from 0",
         {.minimum = 0, .maximum = 1e6});
       const Limits threshold = {.minimum = 0, .maximum = 1};
@@ -59,7 +59,8 @@ class Tree final : public Specialization {
         "Least output, clamped to [0, 1], at which specialization can be chosen", threshold);
       d("apoptosis_threshold", apoptosis_threshold,
         "Least output, clamped to [0, 1], at which apoptosis can be chosen", threshold);
-      d.table("skills", skills, "Points by skill; a skill left out has its fallback");
+      d.table("skills", skills, "Points by skill; a skill left out has its fallback",
+              {.minimum = -1e9, .maximum = 1e9});
     }
   };
 
@@ -83,9 +84,10 @@ class Tree final : public Specialization {
     std::vector<AdhesionPair> adhesion_pairs{};
 
     void describe(Describe& d) {
-      d.list("states", states, "The states, 1 to 64, in any order", true);
+      d.list("states", states, "The states, in any order",
+             {.required = true, .minimum_count = 1, .maximum_count = 64});
       d("budget", budget, "Points that a state may spend on skills; left out: no limit",
-        {.unit = "points", .minimum = 0});
+        {.unit = "points", .minimum = 0, .maximum = 1e9});
       d.list("adhesion_pairs", adhesion_pairs,
              "Adhesion between two states, in any order; for two not named: the mean of theirs");
     }

@@ -129,12 +129,14 @@ TEST_F(Load, FindsPluginsRelativeToTheFileAndResolvesThemAbsolutely) {
 // ------------------------------------------------------------------
 
 TEST_F(Load, SaysWhichPluginIsMissing) {
-  EXPECT_THAT(complaint("environments:\n  toy_environmnt: {}\nspecialization: {plugin: toy_tree}\n"
-                        "controller: {plugin: toy_controller}\nfitness: {plugin: toy_fitness}\n"),
-              StartsWith("e.yaml:2:3: environments.toy_environmnt: no environment "
-                         "'toy_environmnt'; available: toy_environment, toy_parameters; did you "
-                         "mean 'toy_environment'?\n  searched:\n    " +
-                         toy_plugins.string() + " (--plugin-path)\n"));
+  EXPECT_THAT(
+      complaint("environments:\n  toy_environmnt: {}\nspecialization: {plugin: toy_tree}\n"
+                "controller: {plugin: toy_controller}\nfitness: {plugin: toy_fitness}\n"),
+      StartsWith(
+          "e.yaml:2:3: environments.toy_environmnt: no environment "
+          "'toy_environmnt'; available: toy_environment, toy_parameters, toy_relations; did you "
+          "mean 'toy_environment'?\n  searched:\n    " +
+          toy_plugins.string() + " (--plugin-path)\n"));
   EXPECT_THAT(complaint("specialization: {plugin: toy_tree}\ncontroller:\n  plugin: grn\nfitness: "
                         "{plugin: toy_fitness}\n"),
               StartsWith("e.yaml:3:11: controller.plugin: no controller 'grn'; available: "

@@ -184,8 +184,8 @@ TEST_F(Overrides, RefuseWhatIsNoAssignment) {
 
 TEST_F(Overrides, RefuseBadValuesLikeFiles) {
   EXPECT_EQ(refused("world.radius=0"),
-            "--set world.radius=0: world.radius: 0 is out of range; allowed: greater than 0 "
-            "[length]");
+            "--set world.radius=0: world.radius: 0 is out of range; allowed: 0.001 to "
+            "1000000 [length]");
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST_F(Messages, WrongTypeOfListGroupAndTable) {
 
 TEST_F(Messages, OutOfRange) {
   EXPECT_EQ(about_world("radius: 0"),
-            "e.yaml:2:11: world.radius: 0 is out of range; allowed: greater than 0 [length]");
+            "e.yaml:2:11: world.radius: 0 is out of range; allowed: 0.001 to 1000000 [length]");
   EXPECT_EQ(about_parameter("number: 11"),
             "e.yaml:3:13: environments.toy_parameters.number: 11 is out of range; allowed: 0 to 10 "
             "[1/step]");
@@ -113,8 +113,8 @@ TEST_F(Messages, OutOfRange) {
 
 TEST_F(Messages, NotFinite) {
   EXPECT_EQ(about_world("radius: .nan"),
-            "e.yaml:2:11: world.radius: '.nan' is not a finite number; allowed: greater than 0 "
-            "[length]");
+            "e.yaml:2:11: world.radius: '.nan' is not a finite number; allowed: 0.001 to "
+            "1000000 [length]");
   for (const char* word : {"nan", "NaN", ".inf", "-.inf", "inf", "Infinity", "+.INF"})
     EXPECT_THAT(about_world(std::string("radius: ") + word), HasSubstr("is not a finite number"));
   EXPECT_EQ(about_world("radius: 1e999"),
@@ -157,7 +157,7 @@ TEST_F(Messages, EvenMorphogenGrid) {
 TEST_F(Messages, SeveralAtOnce) {
   EXPECT_EQ(complaint("seed: x\nworld:\n  radius: -1\n  max_steps: y\n" + blocks),
             "e.yaml:1:7: seed: expected an integer, found 'x'\n"
-            "e.yaml:3:11: world.radius: -1 is out of range; allowed: greater than 0 [length]\n"
+            "e.yaml:3:11: world.radius: -1 is out of range; allowed: 0.001 to 1000000 [length]\n"
             "e.yaml:4:14: world.max_steps: expected an integer, found 'y'");
   std::string many = "world:\n";
   for (int i = 0; i < 15; ++i) many += "  key" + std::to_string(i) + ": 1\n";

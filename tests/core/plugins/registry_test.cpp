@@ -35,7 +35,8 @@ TEST(Registry, FindsClassesByKindAndId) {
   const Registry found = registry({good});
   EXPECT_EQ(found.find(PluginKind::fitness, "toy_fitness").id(), "toy_fitness");
   EXPECT_EQ(found.find("toy_tree").info->kind, PluginKind::specialization);
-  EXPECT_THAT(found.ids(PluginKind::environment), ElementsAre("toy_environment", "toy_parameters"));
+  EXPECT_THAT(found.ids(PluginKind::environment),
+              ElementsAre("toy_environment", "toy_parameters", "toy_relations"));
 }
 
 TEST(Registry, ListsAFileOnceHoweverItIsReached) {

@@ -483,6 +483,30 @@ TEST(EvolvedTree, AcceleratingReturnsFavourSpecialists) {
   EXPECT_EQ(values(roots, 0, 0, 5)[2], 5) << "never beyond the range of the skill";
 }
 
+// What experiments/exp1_evolved_tree.yaml says: who takes up what a division costs a step, 0.12,
+// and stores as much, has no points left to survive a particle of energy 1, whatever the division.
+TEST(EvolvedTree, WithReturnsOfFourNoStateBothFeedsItselfAndSurvivesAHit) {
+  const std::vector<SkillInfo> three = {{"capacity", {}}, {"production", {}}, {"resistance", {}}};
+  const EvolvedTree quartic = evolved({.budget = 20, .returns = 4}, three);
+  const EvolvedTree linear = evolved({.budget = 20}, three);
+  const auto& quartic_trees = dynamic_cast<const TreeVariation&>(*quartic.heritable());
+  const auto& linear_trees = dynamic_cast<const TreeVariation&>(*linear.heritable());
+  double best_quartic = 0, best_linear = 0;
+  for (double capacity = 0; capacity <= 20; capacity += 0.1)
+    for (double production = 0; capacity + production <= 20; production += 0.1) {
+      const double resistance = 20 - capacity - production;
+      const auto best_of = [&](const TreeVariation& trees, double& best) {
+        if (trees.bought(0, capacity) < 0.12 || trees.bought(0, production) < 0.12) return;
+        best = std::max(best, trees.bought(0, resistance));
+      };
+      best_of(quartic_trees, best_quartic);
+      best_of(linear_trees, best_linear);
+    }
+  EXPECT_LT(best_quartic, 1);
+  EXPECT_GT(best_quartic, 0.5);
+  EXPECT_GT(best_linear, 19) << "in proportion, armour costs the feeder next to nothing";
+}
+
 TEST(EvolvedTree, RefusesABudgetThatDoesNotPayTheLeastPoints) {
   try {
     evolved({.budget = 0.1});

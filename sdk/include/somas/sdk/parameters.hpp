@@ -5,10 +5,13 @@
 //
 //   struct Parameters {
 //     double rate = 1.0;
+//     std::optional<double> limit;
 //     std::string mode = "peak";
 //     void describe(somas::Describe& d) {
 //       d("rate", rate, "Particles a step", {.unit = "1/step", .minimum = 0});
+//       d("limit", limit, "Most particles a step", {.unit = "1/step", .minimum = 0});
 //       d.choice("mode", mode, {"peak", "share"}, "How to weigh");
+//       d.at_most("rate", "limit");
 //     }
 //   };
 //
@@ -16,7 +19,6 @@
 // against the list, prints and documents it), and to read the host's values back into the struct.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstdint>
 #include <deque>
@@ -25,6 +27,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -60,6 +63,28 @@ struct Value {
   std::uint64_t count = 0;
 };
 
+/// How two parameters of one group bear on each other; the numbers are part of the ABI. A parameter
+/// is set when it has a value: an optional one that is given, a boolean that is true, a text, list
+/// or table that is not empty.
+enum class RelationKind : std::uint32_t {
+  at_most = 1,        ///< numbers: this <= other, if both have a value
+  less_than = 2,      ///< numbers: this < other, if both have a value
+  differs = 3,        ///< numbers, texts, choices: this is not other, if both have a value
+  needs = 4,          ///< if this is set, so is the other
+  excludes = 5,       ///< this and the other are not both set
+  only_when = 6,      ///< if this is set, the other (a choice or boolean) is one of `words`
+  required_when = 7,  ///< if the other (a choice or boolean) is one of `words`, this is set
+};
+
+/// One relation as it crosses the boundary, kept by the parameter that it begins with.
+struct Relation {
+  std::uint32_t size = sizeof(Relation);
+  RelationKind kind = RelationKind::at_most;
+  const char* other = "";              ///< a parameter of the same group
+  const char* const* words = nullptr;  ///< only_when, required_when: choices, or true or false
+  std::uint64_t word_count = 0;
+};
+
 /// One parameter as it crosses the boundary: plain data, owned by the plugin, valid while loaded.
 struct ParameterInfo {
   std::uint32_t size = sizeof(ParameterInfo);
@@ -76,9 +101,14 @@ struct ParameterInfo {
   std::uint64_t choice_count = 0;
   const ParameterInfo* fields = nullptr;  ///< group: its fields; list: one, its element
   std::uint64_t field_count = 0;
+  std::uint64_t minimum_count = 0;  ///< list: least elements
+  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();
+  const Relation* relations = nullptr;
+  std::uint64_t relation_count = 0;
+  std::uint64_t reserved[4] = {};  ///< 0; what a later revision adds
 };
 
-/// What may be said of a numeric parameter beside its doc.
+/// What may be said of a parameter beside its doc. Of a list, range and unit are its elements'.
 struct Limits {
   const char* unit = "";
   double minimum = -std::numeric_limits<double>::infinity();
@@ -86,7 +116,21 @@ struct Limits {
   bool minimum_open =
       false;  ///< exclude the minimum: `{.minimum = 0, .minimum_open = true}` is > 0
   bool required = false;
+  std::uint64_t minimum_count = 0;  ///< least elements of a list
+  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();
 };
+
+/// A word of an enumeration; for Describe::choice.
+template <class E>
+struct NamedChoice {
+  const char* name;
+  E value;
+};
+
+/// What a single parameter may be, alone, optional, or as the element of a list.
+template <class T>
+concept PlainParameter = std::same_as<T, double> || std::same_as<T, std::int64_t> ||
+    std::same_as<T, bool> || std::same_as<T, std::string>;
 
 class Describe;
 
@@ -104,19 +148,31 @@ class Describe {
   /// Reads: every described member is set from the group `values`.
   explicit Describe(const Value& values) : values_(&values) {}
 
-  void operator()(const char* name, double& member, const char* doc, const Limits& limits = {});
-  void operator()(const char* name, std::optional<double>& member, const char* doc,
+  /// A double, std::int64_t, bool or std::string.
+  template <PlainParameter T>
+  void operator()(const char* name, T& member, const char* doc, const Limits& limits = {});
+  /// The same, or nothing: it may be left out.
+  template <PlainParameter T>
+  void operator()(const char* name, std::optional<T>& member, const char* doc,
                   const Limits& limits = {});
-  void operator()(const char* name, std::int64_t& member, const char* doc,
-                  const Limits& limits = {});
-  void operator()(const char* name, bool& member, const char* doc);
-  void operator()(const char* name, std::string& member, const char* doc,
-                  const Limits& limits = {});
-  void operator()(const char* name, std::vector<double>& member, const char* doc,
+  /// A list of them.
+  template <PlainParameter T>
+  void operator()(const char* name, std::vector<T>& member, const char* doc,
                   const Limits& limits = {});
   /// A string out of a fixed set.
   void choice(const char* name, std::string& member, std::initializer_list<const char*> allowed,
               const char* doc);
+  void choice(const char* name, std::optional<std::string>& member,
+              std::initializer_list<const char*> allowed, const char* doc);
+  /// A value of an enumeration: `d.choice("shape", shape, {{"disc", Shape::disc}, ...}, "...")`.
+  template <class E>
+  requires std::is_enum_v<E>
+  void choice(const char* name, E& member, std::initializer_list<NamedChoice<E>> allowed,
+              const char* doc);
+  /// A list of strings out of a fixed set.
+  void choices(const char* name, std::vector<std::string>& member,
+               std::initializer_list<const char*> allowed, const char* doc,
+               const Limits& limits = {});
   /// Free keys with numbers.
   void table(const char* name, std::map<std::string, double>& member, const char* doc,
              const Limits& limits = {});
@@ -125,7 +181,29 @@ class Describe {
   void group(const char* name, T& member, const char* doc);
   /// A list of groups; the element's own defaults fill what an element leaves out.
   template <Described T>
-  void list(const char* name, std::vector<T>& member, const char* doc, bool required = false);
+  void list(const char* name, std::vector<T>& member, const char* doc, bool required = false) {
+    list(name, member, doc, Limits{.required = required});
+  }
+  template <Described T>
+  void list(const char* name, std::vector<T>& member, const char* doc, const Limits& limits);
+
+  // Relations between parameters of this group; `name` has been described before. See RelationKind.
+  void at_most(const char* name, const char* other) { relate(name, RelationKind::at_most, other); }
+  void less_than(const char* name, const char* other) {
+    relate(name, RelationKind::less_than, other);
+  }
+  void differs(const char* name, const char* other) { relate(name, RelationKind::differs, other); }
+  void needs(const char* name, const char* other) { relate(name, RelationKind::needs, other); }
+  void excludes(const char* name, const char* other) {
+    relate(name, RelationKind::excludes, other);
+  }
+  void only_when(const char* name, const char* other, std::initializer_list<const char*> words) {
+    relate(name, RelationKind::only_when, other, words);
+  }
+  void required_when(const char* name, const char* other,
+                     std::initializer_list<const char*> words) {
+    relate(name, RelationKind::required_when, other, words);
+  }
 
   /// The collected list; valid as long as this object lives.
   [[nodiscard]] const std::vector<ParameterInfo>& parameters() const { return infos_; }
@@ -137,6 +215,10 @@ class Describe {
       if (name == values_->items[i].key) return &values_->items[i];
     return nullptr;
   }
+  [[nodiscard]] const Value* find(std::string_view name, ParameterKind kind) const {
+    const Value* value = find(name);
+    return value != nullptr && value->kind == kind ? value : nullptr;
+  }
   ParameterInfo& add(ParameterKind kind, const char* name, const char* doc, const Limits& limits) {
     ParameterInfo info;
     info.kind = kind;
@@ -147,11 +229,53 @@ class Describe {
     info.maximum = limits.maximum;
     info.minimum_open = limits.minimum_open ? 1 : 0;
     info.required = limits.required ? 1 : 0;
+    if (kind == ParameterKind::list) {
+      info.minimum_count = limits.minimum_count;
+      info.maximum_count = limits.maximum_count;
+    }
     if (!limits.required) info.fallback.kind = kind;
     infos_.push_back(info);
     return infos_.back();
   }
+  void relate(const char* name, RelationKind kind, const char* other,
+              std::initializer_list<const char*> words = {});
+  /// A choice, for the default to be filled in by the caller.
+  ParameterInfo& add_choice(const char* name, std::vector<const char*> allowed, const char* doc,
+                            const Limits& limits = {});
   const char* keep(const std::string& text) { return texts_.emplace_back(text).c_str(); }
+
+  template <PlainParameter T>
+  static constexpr ParameterKind kind_of = std::same_as<T, double>         ? ParameterKind::number
+                                           : std::same_as<T, std::int64_t> ? ParameterKind::integer
+                                           : std::same_as<T, bool>         ? ParameterKind::boolean
+                                                                           : ParameterKind::text;
+  template <PlainParameter T>
+  static T read(const Value& value) {
+    if constexpr (std::same_as<T, double>)
+      return value.number;
+    else if constexpr (std::same_as<T, bool>)
+      return value.integer != 0;
+    else if constexpr (std::same_as<T, std::string>)
+      return value.text;
+    else
+      return value.integer;
+  }
+  template <PlainParameter T>
+  Value written(const T& plain) {
+    Value value;
+    value.kind = kind_of<T>;
+    if constexpr (std::same_as<T, double>)
+      value.number = plain;
+    else if constexpr (std::same_as<T, std::string>)
+      value.text = keep(plain);
+    else
+      value.integer = plain;
+    return value;
+  }
+  template <class Plain, class Write>
+  void add_list(const char* name, const std::vector<Plain>& member, const char* doc,
+                const Limits& limits, std::unique_ptr<Describe> element, Write&& write);
+
   /// What `described` describes as one group value: every field with its default.
   Value group_of_defaults(const Describe& described) {
     auto& fields = values_of_lists_.emplace_back();
@@ -174,95 +298,151 @@ class Describe {
   std::deque<std::vector<const char*>> choices_;
   std::deque<std::vector<Value>> values_of_lists_;
   std::deque<std::unique_ptr<Describe>> nested_;
+  std::map<std::size_t, std::vector<Relation>> relations_;  ///< by place in infos_
 };
 
-inline void Describe::operator()(const char* name, double& member, const char* doc,
-                                 const Limits& limits) {
-  if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::number) member = v->number;
+inline void Describe::relate(const char* name, RelationKind kind, const char* other,
+                             std::initializer_list<const char*> words) {
+  if (reading()) return;
+  for (std::size_t i = 0; i < infos_.size(); ++i) {
+    if (std::string_view(infos_[i].name) != name) continue;
+    std::vector<Relation>& all = relations_[i];
+    Relation& relation = all.emplace_back();
+    relation.kind = kind;
+    relation.other = other;
+    if (words.size() > 0) relation.words = choices_.emplace_back(words).data();
+    relation.word_count = words.size();
+    infos_[i].relations = all.data();
+    infos_[i].relation_count = all.size();
     return;
   }
-  add(ParameterKind::number, name, doc, limits).fallback.number = member;
+  throw std::logic_error(std::string("a relation begins with '") + name +
+                         "', which has not been described before");
 }
 
-inline void Describe::operator()(const char* name, std::optional<double>& member, const char* doc,
-                                 const Limits& limits) {
+template <PlainParameter T>
+void Describe::operator()(const char* name, T& member, const char* doc, const Limits& limits) {
   if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::number) member = v->number;
+    if (const Value* v = find(name, kind_of<T>)) member = read<T>(*v);
     return;
   }
-  ParameterInfo& info = add(ParameterKind::number, name, doc, limits);
-  info.fallback.kind = member ? ParameterKind::number : ParameterKind::none;
-  info.fallback.number = member.value_or(0);
+  // A required one has no default, whatever the struct says.
+  ParameterInfo& info = add(kind_of<T>, name, doc, limits);
+  const ParameterKind fallback = info.fallback.kind;
+  info.fallback = written(member);
+  info.fallback.kind = fallback;
 }
 
-inline void Describe::operator()(const char* name, std::int64_t& member, const char* doc,
-                                 const Limits& limits) {
+template <PlainParameter T>
+void Describe::operator()(const char* name, std::optional<T>& member, const char* doc,
+                          const Limits& limits) {
   if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::integer) member = v->integer;
+    if (const Value* v = find(name, kind_of<T>)) member = read<T>(*v);
     return;
   }
-  add(ParameterKind::integer, name, doc, limits).fallback.integer = member;
+  ParameterInfo& info = add(kind_of<T>, name, doc, limits);
+  info.fallback = member ? written(*member) : Value{};
 }
 
-inline void Describe::operator()(const char* name, bool& member, const char* doc) {
-  if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::boolean)
-      member = v->integer != 0;
-    return;
-  }
-  add(ParameterKind::boolean, name, doc, {}).fallback.integer = member ? 1 : 0;
-}
-
-inline void Describe::operator()(const char* name, std::string& member, const char* doc,
-                                 const Limits& limits) {
-  if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::text) member = v->text;
-    return;
-  }
-  const char* text = keep(member);
-  add(ParameterKind::text, name, doc, limits).fallback.text = text;
-}
-
-inline void Describe::operator()(const char* name, std::vector<double>& member, const char* doc,
-                                 const Limits& limits) {
-  if (reading()) {
-    const Value* v = find(name);
-    if (v == nullptr || v->kind != ParameterKind::list) return;
-    member.clear();
-    for (std::uint64_t i = 0; i < v->count; ++i) member.push_back(v->items[i].number);
-    return;
-  }
+template <class Plain, class Write>
+void Describe::add_list(const char* name, const std::vector<Plain>& member, const char* doc,
+                        const Limits& limits, std::unique_ptr<Describe> element, Write&& write) {
   auto& kept = values_of_lists_.emplace_back();
-  for (const double x : member) {
-    Value item;
-    item.kind = ParameterKind::number;
-    item.number = x;
-    kept.push_back(item);
-  }
-  auto& element = nested_.emplace_back(std::make_unique<Describe>());
-  Limits element_limits = limits;
-  element_limits.required = true;
-  element->add(ParameterKind::number, "", doc, element_limits);
+  for (const Plain& item : member) kept.push_back(write(item));
+  auto& described = nested_.emplace_back(std::move(element));
   ParameterInfo& info = add(ParameterKind::list, name, doc, limits);
   info.fallback.items = kept.data();
   info.fallback.count = kept.size();
-  info.fields = element->infos_.data();
+  info.fields = described->infos_.data();
   info.field_count = 1;
+}
+
+template <PlainParameter T>
+void Describe::operator()(const char* name, std::vector<T>& member, const char* doc,
+                          const Limits& limits) {
+  if (reading()) {
+    const Value* v = find(name, ParameterKind::list);
+    if (v == nullptr) return;
+    member.clear();
+    for (std::uint64_t i = 0; i < v->count; ++i) member.push_back(read<T>(v->items[i]));
+    return;
+  }
+  auto element = std::make_unique<Describe>();
+  Limits element_limits = limits;
+  element_limits.required = true;
+  element->add(kind_of<T>, "", doc, element_limits);
+  add_list(name, member, doc, limits, std::move(element),
+           [this](const T& item) { return written<T>(item); });
+}
+
+inline ParameterInfo& Describe::add_choice(const char* name, std::vector<const char*> allowed,
+                                           const char* doc, const Limits& limits) {
+  auto& kept = choices_.emplace_back(std::move(allowed));
+  ParameterInfo& info = add(ParameterKind::choice, name, doc, limits);
+  info.choices = kept.data();
+  info.choice_count = kept.size();
+  return info;
 }
 
 inline void Describe::choice(const char* name, std::string& member,
                              std::initializer_list<const char*> allowed, const char* doc) {
   if (reading()) {
-    if (const Value* v = find(name); v && v->kind == ParameterKind::choice) member = v->text;
+    if (const Value* v = find(name, ParameterKind::choice)) member = v->text;
     return;
   }
-  const char* text = keep(member);
-  auto& kept = choices_.emplace_back(allowed);
-  ParameterInfo& info = add(ParameterKind::choice, name, doc, {});
-  info.fallback.text = text;
-  info.choices = kept.data();
-  info.choice_count = kept.size();
+  add_choice(name, allowed, doc).fallback.text = keep(member);
+}
+
+inline void Describe::choice(const char* name, std::optional<std::string>& member,
+                             std::initializer_list<const char*> allowed, const char* doc) {
+  if (reading()) {
+    if (const Value* v = find(name, ParameterKind::choice)) member = v->text;
+    return;
+  }
+  ParameterInfo& info = add_choice(name, allowed, doc);
+  if (member)
+    info.fallback.text = keep(*member);
+  else
+    info.fallback = {};
+}
+
+template <class E>
+requires std::is_enum_v<E>
+void Describe::choice(const char* name, E& member, std::initializer_list<NamedChoice<E>> allowed,
+                      const char* doc) {
+  if (reading()) {
+    const Value* v = find(name, ParameterKind::choice);
+    if (v == nullptr) return;
+    for (const NamedChoice<E>& one : allowed)
+      if (std::string_view(one.name) == v->text) member = one.value;
+    return;
+  }
+  std::vector<const char*> names;
+  const char* text = "";
+  for (const NamedChoice<E>& one : allowed) {
+    names.push_back(one.name);
+    if (one.value == member) text = one.name;
+  }
+  add_choice(name, std::move(names), doc).fallback.text = text;
+}
+
+inline void Describe::choices(const char* name, std::vector<std::string>& member,
+                              std::initializer_list<const char*> allowed, const char* doc,
+                              const Limits& limits) {
+  if (reading()) {
+    const Value* v = find(name, ParameterKind::list);
+    if (v == nullptr) return;
+    member.clear();
+    for (std::uint64_t i = 0; i < v->count; ++i) member.emplace_back(v->items[i].text);
+    return;
+  }
+  auto element = std::make_unique<Describe>();
+  element->add_choice("", allowed, doc, {.required = true});
+  add_list(name, member, doc, limits, std::move(element), [this](const std::string& item) {
+    Value value = written(item);
+    value.kind = ParameterKind::choice;
+    return value;
+  });
 }
 
 inline void Describe::table(const char* name, std::map<std::string, double>& member,
@@ -306,7 +486,8 @@ void Describe::group(const char* name, T& member, const char* doc) {
 }
 
 template <Described T>
-void Describe::list(const char* name, std::vector<T>& member, const char* doc, bool required) {
+void Describe::list(const char* name, std::vector<T>& member, const char* doc,
+                    const Limits& limits) {
   if (reading()) {
     const Value* v = find(name);
     if (v == nullptr || v->kind != ParameterKind::list) return;
@@ -333,7 +514,7 @@ void Describe::list(const char* name, std::vector<T>& member, const char* doc, b
     defaults.push_back(group_of_defaults(*described));
   }
   auto& kept = values_of_lists_.emplace_back(std::move(defaults));
-  ParameterInfo& info = add(ParameterKind::list, name, doc, {.required = required});
+  ParameterInfo& info = add(ParameterKind::list, name, doc, limits);
   info.fallback.items = kept.data();
   info.fallback.count = kept.size();
   info.fields = element->infos_.data();

@@ -1,0 +1,61 @@
+// The recordings of a run: recordings/gen-0003.h5, a file per recorded life.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/evaluation/stop.hpp"
+#include "core/evolution/heredity.hpp"
+#include "core/experiment/experiment.hpp"
+#include "core/recording/recorder.hpp"
+#include "core/run/champion.hpp"
+
+namespace somas::run {
+
+/// recordings/gen-NNNN.h5; of the second population recordings/gen-NNNN-2.h5.
+[[nodiscard]] std::filesystem::path recording_path(const std::filesystem::path& run,
+                                                   std::uint64_t generation,
+                                                   std::uint32_t population = 1);
+/// recordings/gen-NNNN-id-ID.h5; of the second population recordings/gen-NNNN-2-id-ID.h5.
+[[nodiscard]] std::filesystem::path individual_recording_path(const std::filesystem::path& run,
+                                                              std::uint64_t generation,
+                                                              std::uint32_t population,
+                                                              std::uint64_t id);
+
+/// What a recording says of where it comes from. `run` is the run directory.
+[[nodiscard]] recording::Provenance provenance_of(const Champion& champion,
+                                                  const evolution::Heredity& heredity,
+                                                  const experiment::Experiment& experiment,
+                                                  const std::filesystem::path& run);
+
+/// Simulates lives again and records them as the experiment's `record` says. A file is written
+/// whole, after its life, or not at all.
+class Recordings {
+ public:
+  /// All must outlive this.
+  Recordings(const experiment::Experiment& experiment, const evolution::Heredity& heredity,
+             std::filesystem::path run)
+      : experiment_(experiment), heredity_(heredity), run_(std::move(run)) {}
+
+  /// A champion's life, recorded or not. Nothing if stopped. Throws WriteError.
+  [[nodiscard]] std::optional<LifeRecord> champion(const Champion& champion,
+                                                   evaluation::StopToken stop) const;
+  /// Whether everybody's life is to be recorded, by `individual`.
+  [[nodiscard]] bool of_all() const { return experiment_.record.what == experiment::Recorded::all; }
+  /// An individual's life; `individual` says who, as a champion does. False if stopped. Throws
+  /// WriteError.
+  [[nodiscard]] bool individual(const Champion& individual, evaluation::StopToken stop) const;
+
+ private:
+  [[nodiscard]] std::optional<LifeRecord> live(const Champion& who,
+                                               const std::filesystem::path& file,
+                                               evaluation::StopToken stop) const;
+
+  const experiment::Experiment& experiment_;
+  const evolution::Heredity& heredity_;
+  std::filesystem::path run_;
+};
+
+}  // namespace somas::run
