@@ -28,6 +28,7 @@ set_target_properties(xxHash::xxhash PROPERTIES
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET GLOBAL cairo>=1.16)   # PkgConfig::cairo
 
+find_package(ZLIB 1.2 REQUIRED)               # ZLIB::ZLIB; replay pages hold gzip
 # Recordings are HDF5 files, written through its C library (the serial one).
 pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET GLOBAL hdf5>=1.10.7)     # PkgConfig::hdf5
 

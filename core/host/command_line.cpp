@@ -237,6 +237,33 @@ void add_picture(CLI::App& app, PictureCommand& picture) {
       ->needs(file);
 }
 
+void add_page(CLI::App& app, PageCommand& page) {
+  CLI::Option* file = app.add_option("--html", page.file,
+                                     "Write the life as a page to play, scrub and inspect in a "
+                                     "browser: one file, no network")
+                          ->type_name("FILE");
+  app.add_option("--every", page.every, "Of the page: a frame every N steps; default 1")
+      ->type_name("N")
+      ->check(whole_number(1, INT64_MAX))
+      ->needs(file);
+  app.add_option("--fields-every", page.fields_every,
+                 "Of the page: grids and morphogens at frames of every N-th step; default 1")
+      ->type_name("N")
+      ->check(whole_number(1, INT64_MAX))
+      ->needs(file);
+  app.add_option("--compare", page.compare,
+                 "Of the page: a second life beside it, the champion of another run or generation; "
+                 "default RUN")
+      ->type_name("RUN[:GENERATION]")
+      ->needs(file);
+  app.add_option("--compare-set", page.compare_overrides,
+                 "Of the page: the second life with this value replaced; may be repeated. Without "
+                 "--compare: the same champion")
+      ->type_name("PATH.TO.KEY=VALUE")
+      ->allow_extra_args(false)
+      ->needs(file);
+}
+
 void add_replay(CLI::App& parser, Options& options) {
   ReplayCommand& replay = options.replay;
   CLI::App& app = *parser.add_subcommand(
@@ -261,6 +288,7 @@ void add_replay(CLI::App& parser, Options& options) {
       ->type_name("FILE");
   add_moments(app, options);
   add_picture(app, replay.picture);
+  add_page(app, replay.page);
   add_plugin_path(app, replay.plugin_path);
 }
 

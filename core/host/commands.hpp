@@ -60,6 +60,15 @@ struct PictureCommand {
   std::uint32_t width = 1600;
 };
 
+/// replay --html FILE
+struct PageCommand {
+  std::optional<std::filesystem::path> file;
+  std::uint64_t every = 1;
+  std::uint64_t fields_every = 1;
+  std::optional<std::string> compare;          ///< RUN[:GENERATION]
+  std::vector<std::string> compare_overrides;  ///< --compare-set
+};
+
 /// somas-host replay RUN
 struct ReplayCommand {
   std::filesystem::path run;
@@ -77,6 +86,7 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> save_state;  ///< default: in RUN/states
   std::optional<std::uint64_t> at_step;
   PictureCommand picture;
+  PageCommand page;
 };
 
 /// somas-host compete FILE

@@ -7,6 +7,7 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/host/output_check.hpp"
+#include "core/host/replay_page.hpp"
 #include "core/report/anatomy.hpp"
 #include "core/report/picture.hpp"
 #include "core/run/errors.hpp"
@@ -98,6 +99,11 @@ void check_outputs(const ReplayCommand& command) {
   refuse_same_file("--csv", command.csv, "--anatomy-csv", command.anatomy_csv);
   refuse_same_file("--csv", command.csv, "--picture", command.picture.file);
   refuse_same_file("--anatomy-csv", command.anatomy_csv, "--picture", command.picture.file);
+  for (const auto& [option, file] :
+       {std::pair{"--csv", &command.csv}, std::pair{"--anatomy-csv", &command.anatomy_csv},
+        std::pair{"--picture", &command.picture.file}})
+    refuse_same_file("--html", command.page.file, option, *file);
+  check("--html", command.page.file);
   check("--csv", command.csv);
   check("--anatomy-csv", command.anatomy_csv);
   check("--picture", command.picture.file);
@@ -142,6 +148,9 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
       if (with_anatomy) anatomy.observe(world);
       if (picture) picture->observe(world);
     };
+  std::optional<ReplayPage> page;
+  if (command.page.file) options.sink = &page.emplace(command).life();
+  if (page) options.recorder = page->recorder_options();
   const run::ReplayReport replayed = run::replay(options);
   if (picture) picture->check_complete();
   for (const std::string& warning : replayed.warnings) terminal.line("warning: " + warning);
@@ -159,7 +168,8 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
     run::write_output(*command.picture.file,
                       picture->render(report::picture_format(*command.picture.file)));
   if (command.csv) run::write_output(*command.csv, run::to_csv(replayed.replayed));
-  return replayed.matches() ? exit_ok : exit_not_reproduced;
+  const bool compared = !page || page->write(terminal);
+  return replayed.matches() && compared ? exit_ok : exit_not_reproduced;
 }
 
 }  // namespace somas::host
