@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/experiment/reader.hpp"
+#include "core/plugins/installation.hpp"
 #include "core/plugins/suggest.hpp"
 
 namespace somas::experiment {
@@ -68,6 +69,17 @@ std::string chain_text(const std::vector<Link>& chain, const std::string& last) 
   return text + last;
 }
 
+// A name alone that is not beside the file: an experiment that comes with SOMAS.
+std::filesystem::path base_of(const std::filesystem::path& file,
+                              const std::filesystem::path& name) {
+  const std::filesystem::path beside = (file.parent_path() / name).lexically_normal();
+  const std::filesystem::path bundled = plugins::share_directory() / "experiments" / name;
+  std::error_code error;
+  const bool take_bundled = !name.has_parent_path() && !std::filesystem::exists(beside, error) &&
+                            std::filesystem::exists(bundled, error);
+  return take_bundled ? bundled : beside;
+}
+
 Node read_layer(const std::filesystem::path& file, const std::string& text,
                 std::vector<Link>& chain) {
   Node root = parse_yaml(text, file.string());
@@ -82,7 +94,7 @@ Node read_layer(const std::filesystem::path& file, const std::string& text,
                      "extends: expected a file's name, found " + extends->description());
 
   // The base, unless it is on the way here already.
-  const std::filesystem::path base_file = (file.parent_path() / extends->text).lexically_normal();
+  const std::filesystem::path base_file = base_of(file, extends->text);
   std::error_code error;
   chain.push_back({std::filesystem::weakly_canonical(file, error), file.string()});
   const std::filesystem::path real = std::filesystem::weakly_canonical(base_file, error);

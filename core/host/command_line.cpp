@@ -20,8 +20,8 @@ namespace somas::host {
 namespace {
 
 const std::vector<std::string> command_names = {"run",    "validate", "plugins", "describe",
-                                                "schema", "replay",   "compete", "render",
-                                                "movie",  "export"};
+                                                "new",    "schema",   "replay",  "compete",
+                                                "render", "movie",    "export"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -54,6 +54,7 @@ struct Options {
   ValidateCommand validate;
   PluginsCommand plugins;
   DescribeCommand describe;
+  NewCommand create;
   SchemaCommand schema;
   ReplayCommand replay;
   CompeteCommand compete;
@@ -177,6 +178,23 @@ void add_describe(CLI::App& parser, Options& options) {
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"text", "yaml", "markdown"}).description(""));
   add_plugin_path(app, describe.plugin_path);
+}
+
+void add_new(CLI::App& parser, Options& options) {
+  NewCommand& create = options.create;
+  CLI::App& app = *parser.add_subcommand(
+      "new", "Write a project for a plugin of your own: source, build, test, experiment");
+  app.add_option("KIND", create.kind, "environment, controller, specialization or fitness")
+      ->type_name("")
+      ->required()
+      ->check(CLI::IsMember({"environment", "controller", "specialization", "fitness"})
+                  .description(""));
+  app.add_option("NAME", create.name, "The plugin's id, in lower_snake_case")
+      ->type_name("")
+      ->required();
+  app.add_option("DIR", create.directory, "Where to write it; absent or empty")
+      ->type_name("")
+      ->required();
 }
 
 void add_schema(CLI::App& parser, Options& options) {
@@ -447,6 +465,7 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("export")) return options.exported;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
+  if (parser.got_subcommand("new")) return options.create;
   if (parser.got_subcommand("schema")) return options.schema;
   options.replay.save = options.save_option->count() > 0;
   if (options.replay.save && !options.save_state.empty())
@@ -470,6 +489,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_validate(parser, options);
   add_plugins(parser, options);
   add_describe(parser, options);
+  add_new(parser, options);
   add_schema(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);

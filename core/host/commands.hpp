@@ -45,6 +45,13 @@ struct DescribeCommand {
   std::vector<std::filesystem::path> plugin_path;
 };
 
+/// somas-host new KIND NAME DIR
+struct NewCommand {
+  std::string kind;
+  std::string name;
+  std::filesystem::path directory;
+};
+
 /// somas-host schema
 struct SchemaCommand {
   std::vector<std::filesystem::path> plugin_path;
@@ -147,13 +154,15 @@ struct Done {
 };
 
 using Command =
-    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, SchemaCommand,
-                 ReplayCommand, CompeteCommand, RenderCommand, MovieCommand, ExportCommand>;
+    std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, NewCommand,
+                 SchemaCommand, ReplayCommand, CompeteCommand, RenderCommand, MovieCommand,
+                 ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);
+int execute(const NewCommand& command, run::Terminal& terminal);
 int execute(const SchemaCommand& command, run::Terminal& terminal);
 int execute(const ReplayCommand& command, run::Terminal& terminal);
 int execute(const CompeteCommand& command, run::Terminal& terminal);

@@ -153,7 +153,7 @@ Ports::Ports(const Tree& tree, const Schema& schema, std::size_t morphogens) {
          .ambrosia = static_cast<std::uint32_t>(morphogens + 2),
          .first_sensor = static_cast<std::uint32_t>(morphogens + 3)};
   channels.insert(channels.end(), {"pressure", "energy", "ambrosia"});
-  for (const std::string& sensor : schema.sensors) channels.push_back(sensor);
+  for (const Sensor& sensor : schema.sensors) channels.push_back(sensor.name);
 
   // Names first: ports view into them, so the storage must not move afterwards.
   const std::size_t states = tree.states.size();
@@ -269,7 +269,15 @@ Phenotype Ecosystem::express(const Genome& genome) const {
   phenotype.tree = tree_ ? tree_ : grow(genome.tree);
   phenotype.ports = ports_ ? ports_ : ports_of(*phenotype.tree);
   phenotype.program = guarded("controller", "express", [&] {
-    return controller_->express(genome.controller, phenotype.ports->layout());
+    std::unique_ptr<Program> program =
+        controller_->express(genome.controller, phenotype.ports->layout());
+    if (program == nullptr) throw std::runtime_error("it returned no program");
+    constexpr std::uint32_t most = 100'000;
+    if (const std::uint32_t rows = program->memory_per_cell(); rows > most)
+      throw std::runtime_error("its program wants " + std::to_string(rows) +
+                               " numbers of memory per cell; at most " + std::to_string(most) +
+                               " are allowed");
+    return program;
   });
   return phenotype;
 }

@@ -71,9 +71,10 @@ Id SchemaBuilder::sensor(std::string_view name) {
   const auto& all = schema_.sensors;
   const bool of_the_model = name == "pressure" || name == "energy" || name == "ambrosia" ||
                             name == "specialize" || name.starts_with("morphogen.");
-  if (of_the_model || std::find(all.begin(), all.end(), name) != all.end())
+  const auto is_it = [name](const Sensor& other) { return other.name == name; };
+  if (of_the_model || std::any_of(all.begin(), all.end(), is_it))
     clash(instance_, "a sensor", name);
-  return append(schema_.sensors, std::string(name));
+  return append(schema_.sensors, {instance_, std::string(name)});
 }
 
 Id SchemaBuilder::cell_value(std::string_view name, OnDivision rule) {

@@ -27,6 +27,10 @@ struct Skill {
   SkillSpec spec;
 };
 
+struct Sensor {
+  std::string owner, name;
+};
+
 struct CellValue {
   std::string owner, name;
   OnDivision rule;
@@ -74,7 +78,7 @@ struct Resource {
 
 struct Schema {
   std::vector<Skill> skills;
-  std::vector<std::string> sensors;
+  std::vector<Sensor> sensors;
   std::vector<CellValue> cell_values;
   std::vector<Scalar> scalars;
   std::vector<GridDeclaration> grids;

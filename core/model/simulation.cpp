@@ -141,13 +141,6 @@ void Simulation::sense() {
   for (std::size_t s = 0; s < sensors; ++s)
     std::fill_n(inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s)), cells.size(), 0.0f);
   view_.act(Phase::sense);
-  for (std::size_t s = 0; s < sensors; ++s) {
-    const float* values = inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s));
-    if (!std::all_of(values, values + cells.size(), [](float v) { return std::isfinite(v); }))
-      throw PluginFailure(
-          "environments", "act(sense) at step " + std::to_string(state_.step),
-          "the sensor '" + ecosystem_.schema().sensors[s] + "' is no finite number");
-  }
 }
 
 void Simulation::control() {
@@ -233,10 +226,6 @@ void Simulation::move() {
     external = [this](std::span<double> fx, std::span<double> fy) {
       view_.set_forces(fx, fy);
       view_.act(Phase::forces);
-      const auto finite = [](double f) { return std::isfinite(f); };
-      if (!std::all_of(fx.begin(), fx.end(), finite) || !std::all_of(fy.begin(), fy.end(), finite))
-        throw PluginFailure("environments", "act(forces) at step " + std::to_string(state_.step),
-                            "a force is not a finite number");
     };
   mechanics_.run(ecosystem_.config().mechanics, state_, external);
 }

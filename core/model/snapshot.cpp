@@ -408,7 +408,7 @@ std::vector<std::pair<std::string, std::string>> vocabulary(const Ecosystem& eco
   const std::string size = std::to_string(morphogens.size);
   return {
       {"skills", listed(schema.skills, [](const Skill& skill) { return skill.name; })},
-      {"sensors", listed(schema.sensors, itself)},
+      {"sensors", listed(schema.sensors, [](const Sensor& sensor) { return sensor.name; })},
       {"cell values", listed(schema.cell_values, owned_name<CellValue>)},
       {"scalars", listed(schema.scalars, owned_name<Scalar>)},
       {"grids", listed(schema.grids, shape)},

@@ -1,6 +1,8 @@
 #include "core/model/world_view.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +17,16 @@ constexpr std::array<const char*, phase_count> phase_calls{
 
 /// The world's own random streams, apart from every organism's.
 constexpr std::uint64_t world_stream = ~std::uint64_t{0};
+
+template <class T>
+bool finite(T value) {
+  return std::isfinite(value);
+}
+
+const char* text_of(double value) {
+  if (std::isnan(value)) return "NaN";
+  return value > 0 ? "infinity" : "-infinity";
+}
 
 }  // namespace
 
@@ -61,10 +73,38 @@ void WorldView::act(Phase phase) {
   for (const std::uint32_t index : acting) {
     const NamedEnvironment& environment = ecosystem_.environments()[index];
     acting_ = &environment.name;
-    guarded(environment.name, phase_calls[static_cast<std::size_t>(phase)],
-            [&] { environment.instance->act(phase, *this); });
+    guarded(environment.name, phase_calls[static_cast<std::size_t>(phase)], [&] {
+      environment.instance->act(phase, *this);
+      if (phase == Phase::sense) check_sensors(environment.name);
+      if (phase == Phase::forces) check_forces();
+    });
   }
   phase_.reset();
+}
+
+// Of the instance that has just acted: nobody else fills them.
+void WorldView::check_sensors(const std::string& instance) const {
+  const std::vector<Sensor>& sensors = ecosystem_.schema().sensors;
+  const std::size_t first = ecosystem_.config().morphogens.kinds.size() + 3;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    if (sensors[s].owner != instance) continue;
+    const float* values = inputs_.row(static_cast<std::uint32_t>(first + s));
+    const float* end = values + state_.cells.size();
+    if (const float* bad = std::find_if_not(values, end, finite<float>); bad != end)
+      throw std::runtime_error("the sensor '" + sensors[s].name + "' of cell " +
+                               std::to_string(state_.cells.id[bad - values]) + " is " +
+                               text_of(*bad) + ", not a finite number");
+  }
+}
+
+// The sum so far: it was finite before the instance that has just acted.
+void WorldView::check_forces() const {
+  for (const std::span<double> forces : {fx_, fy_})
+    if (const auto bad = std::find_if_not(forces.begin(), forces.end(), finite<double>);
+        bad != forces.end())
+      throw std::runtime_error("the force on cell " +
+                               std::to_string(state_.cells.id[bad - forces.begin()]) + " is " +
+                               text_of(*bad) + ", not a finite number");
 }
 
 void WorldView::begin() {
@@ -88,7 +128,11 @@ void WorldView::require(Phase phase, const char* call) const {
 
 std::span<float> WorldView::sensor(Id sensor) {
   require(Phase::sense, "sensor");
-  if (sensor >= ecosystem_.schema().sensors.size()) throw std::logic_error("no such sensor");
+  const std::vector<Sensor>& sensors = ecosystem_.schema().sensors;
+  if (sensor >= sensors.size()) throw std::logic_error("no such sensor");
+  if (sensors[sensor].owner != *acting_)
+    throw std::logic_error("the sensor '" + sensors[sensor].name + "' belongs to " +
+                           sensors[sensor].owner);
   const auto channel = static_cast<std::uint32_t>(ecosystem_.config().morphogens.kinds.size()) + 3;
   return {inputs_.row(channel + sensor), state_.cells.size()};
 }

@@ -15,7 +15,8 @@ class WorldView final : public World {
   WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs)
       : ecosystem_(ecosystem), state_(state), inputs_(inputs) {}
 
-  /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure.
+  /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
+  /// also for sensors and forces that are not finite numbers.
   void act(Phase phase);
   /// Accumulators for Phase::forces.
   void set_forces(std::span<double> fx, std::span<double> fy) { fx_ = fx, fy_ = fy; }
@@ -44,6 +45,8 @@ class WorldView final : public World {
 
  private:
   void refresh();
+  void check_sensors(const std::string& instance) const;
+  void check_forces() const;
   void require(Phase phase, const char* call) const;
   template <class Call>
   void guarded(const std::string& instance, const char* call, Call&& body);

@@ -188,9 +188,11 @@ void check_class(const ClassInfo& info, std::uint64_t index) {
 
 void check_table(const PluginInfo* table) {
   if (table == nullptr) bad("somas_plugin()", "returned nothing");
-  if (table->size != sizeof(PluginInfo) || table->abi != SOMAS_ABI_REVISION)
+  if (table->abi != SOMAS_ABI_REVISION)
     bad("somas_plugin()", "is of interface revision " + std::to_string(table->abi) +
                               ", this host needs " + std::to_string(SOMAS_ABI_REVISION));
+  // A later SDK of this revision may have appended; what it appended is not read.
+  if (table->size < sizeof(PluginInfo)) bad("somas_plugin()", "is too short a table");
   if (table->fingerprint == nullptr) bad("somas_plugin()", "has no fingerprint");
   check_fingerprint(table->fingerprint);
   if (table->id == nullptr || *table->id == '\0' || table->version == nullptr)

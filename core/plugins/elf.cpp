@@ -1,8 +1,10 @@
 #include "core/plugins/elf.hpp"
 
+#include <charconv>
 #include <cstring>
 #include <elf.h>
 #include <fstream>
+#include <optional>
 #include <system_error>
 #include <vector>
 
@@ -91,7 +93,7 @@ Elf64_Ehdr read_header(Image& image) {
   if (image.size() == 0) throw BadPlugin("an empty file; build it again");
   image.read(0, magic, std::min<std::uint64_t>(image.size(), sizeof magic), "the ELF header");
   if (std::memcmp(magic, ELFMAG, SELFMAG) != 0)
-    throw BadPlugin("not a shared library (it has no ELF header)");
+    throw BadPlugin("not a shared library (it has no ELF header); build it with somas_add_plugin");
   Elf64_Ehdr header;
   image.read(0, &header, sizeof header, "the ELF header");
 
@@ -153,6 +155,18 @@ std::string note_text(Image& image, const Elf64_Shdr& section) {
   return {note.description, ::strnlen(note.description, sizeof note.description)};
 }
 
+// The number in "somas-abi NUMBER; ...".
+std::optional<unsigned> revision_of(std::string_view fingerprint) {
+  constexpr std::string_view before = "somas-abi ";
+  if (!fingerprint.starts_with(before)) return std::nullopt;
+  fingerprint.remove_prefix(before.size());
+  unsigned revision = 0;
+  const auto [end, error] =
+      std::from_chars(fingerprint.data(), fingerprint.data() + fingerprint.size(), revision);
+  if (error != std::errc{}) return std::nullopt;
+  return revision;
+}
+
 }  // namespace
 
 std::string read_fingerprint(const std::filesystem::path& file) {
@@ -165,11 +179,22 @@ std::string read_fingerprint(const std::filesystem::path& file) {
       if (section.sh_type == SHT_NOTE &&
           section_name(image, sections[header.e_shstrndx], section) == plugin_note_section)
         return note_text(image, section);
-  throw BadPlugin("no SOMAS note: not a plugin, or built without SOMAS_PLUGIN");
+  throw BadPlugin(
+      "no SOMAS note: not a plugin, or built without SOMAS_PLUGIN; name it "
+      "otherwise, or rebuild it so");
 }
 
 void check_fingerprint(const std::string& fingerprint) {
   if (fingerprint == SOMAS_FINGERPRINT) return;
+  const std::optional<unsigned> revision = revision_of(fingerprint);
+  const std::string host = std::to_string(SOMAS_ABI_REVISION);
+  if (revision && *revision < SOMAS_ABI_REVISION)
+    throw BadPlugin("built for interface revision " + std::to_string(*revision) +
+                    ", this host needs " + host + ": rebuild it with the SDK of this host");
+  if (revision && *revision > SOMAS_ABI_REVISION)
+    throw BadPlugin("built for interface revision " + std::to_string(*revision) +
+                    ", this host is older and needs " + host +
+                    ": use a newer SOMAS, or rebuild it with the SDK of this host");
   throw BadPlugin("built against another SDK: has '" + fingerprint + "', this host needs '" +
                   SOMAS_FINGERPRINT + "': rebuild it");
 }

@@ -10,6 +10,7 @@
 #endif
 
 #include "core/plugins/check.hpp"
+#include "core/plugins/services.hpp"
 
 namespace somas::plugins {
 namespace {
@@ -37,13 +38,16 @@ std::string loader_message(std::string_view text, const std::filesystem::path& f
 const PluginInfo* call_entry(boost::dll::shared_library& library) {
   if (!library.has(plugin_entry_name))
     throw BadPlugin(std::string("has no symbol ") + plugin_entry_name +
-                    ": built without SOMAS_PLUGIN, or not with somas_add_plugin");
+                    ": built without SOMAS_PLUGIN, or not with somas_add_plugin; rebuild it so");
   try {
     return library.get<const PluginInfo*()>(plugin_entry_name)();
   } catch (const std::exception& error) {
-    throw BadPlugin(std::string("describing its parameters failed: ") + error.what());
+    throw BadPlugin(std::string("describing its parameters failed: ") + error.what() +
+                    "; this is a fault of the plugin");
   } catch (...) {
-    throw BadPlugin("describing its parameters failed with something that is no std::exception");
+    throw BadPlugin(
+        "describing its parameters failed with something that is no std::exception; "
+        "this is a fault of the plugin");
   }
 }
 
@@ -82,7 +86,8 @@ Library::Library(const std::filesystem::path& file)
                           boost::dll::load_mode::rtld_now | boost::dll::load_mode::rtld_local);
   } catch (const std::exception& error) {
     set_float_mode(mode);
-    throw BadPlugin("the system's loader refuses it: " + loader_message(error.what(), file));
+    throw BadPlugin("the system's loader refuses it: " + loader_message(error.what(), file) +
+                    "; build it with somas_add_plugin, which finds such faults at the link");
   }
   const bool changed = float_mode() != mode;
   set_float_mode(mode);
@@ -96,6 +101,9 @@ Library::Library(const std::filesystem::path& file)
   id_ = table->id;
   version_ = table->version;
   classes_ = {table->classes, table->class_count};
+
+  // Never freed: the library stays loaded, and may speak at any time.
+  if (table->attach != nullptr) table->attach(new HostServices(id_));
 }
 
 std::shared_ptr<const Library> Library::open(const std::filesystem::path& file) {

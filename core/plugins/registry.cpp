@@ -3,16 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/plugins/installation.hpp"
 #include "core/plugins/suggest.hpp"
 
 namespace somas::plugins {
 namespace {
-
-std::filesystem::path executable_directory() {
-  std::error_code error;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? std::filesystem::path() : program.parent_path();
-}
 
 // The directory's plugin files by name; nothing where there is no such directory.
 std::vector<std::filesystem::path> plugin_files(const std::filesystem::path& directory) {

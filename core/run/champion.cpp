@@ -1,6 +1,7 @@
 #include "core/run/champion.hpp"
 
 #include <exception>
+#include <new>
 #include <utility>
 
 namespace somas::run {
@@ -20,7 +21,15 @@ Json chromosome_to_json(const Genes& genes, const Heritable& part, const PluginU
   }
   Json readable;
   JsonBuilder builder(readable);
-  part.to_json(genes, builder);
+  try {
+    part.to_json(genes, builder);
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
+  } catch (const std::exception& error) {
+    throw PluginError("plugin '" + owner.id + "': to_json: " + error.what());
+  } catch (...) {
+    throw PluginError("plugin '" + owner.id + "': to_json: an exception that is no std::exception");
+  }
   json["genes"] = std::move(readable);
   json["bytes"] = hex_bytes(genes);
   return json;

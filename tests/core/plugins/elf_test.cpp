@@ -62,7 +62,8 @@ TEST_F(Elf, ReadsTheFingerprintOfAPlugin) {
 }
 
 TEST_F(Elf, SaysThatAFileIsNoLibrary) {
-  EXPECT_EQ(complaint("This is no library."), "not a shared library (it has no ELF header)");
+  EXPECT_EQ(complaint("This is no library."),
+            "not a shared library (it has no ELF header); build it with somas_add_plugin");
   EXPECT_EQ(complaint(""), "an empty file; build it again");
   EXPECT_EQ(complaint_of(directory_), "a directory, not a file");
   EXPECT_EQ(complaint_of(directory_ / "none"), "no such file");
@@ -92,7 +93,9 @@ TEST_F(Elf, SaysThatAnObjectFileIsNoLibrary) {
 TEST_F(Elf, SaysThatALibraryIsNoPlugin) {
   const char* libc_like = "/lib/x86_64-linux-gnu/libm.so.6";
   if (!std::filesystem::exists(libc_like)) GTEST_SKIP();
-  EXPECT_EQ(complaint_of(libc_like), "no SOMAS note: not a plugin, or built without SOMAS_PLUGIN");
+  EXPECT_EQ(complaint_of(libc_like),
+            "no SOMAS note: not a plugin, or built without SOMAS_PLUGIN; name it otherwise, or "
+            "rebuild it so");
 }
 
 TEST_F(Elf, ComparesTheFingerprint) {
@@ -103,7 +106,7 @@ TEST_F(Elf, ComparesTheFingerprint) {
     FAIL();
   } catch (const BadPlugin& bad) {
     EXPECT_EQ(std::string(bad.what()),
-              "built against another SDK: has 'somas-abi 99; another library', this host needs "
+              "built against another SDK: has 'somas-abi 1; another library', this host needs "
               "'" SOMAS_FINGERPRINT "': rebuild it");
   }
 }

@@ -45,7 +45,8 @@ TEST(Library, IsLoadedOnce) {
 
 TEST(Library, RefusesOneWithoutEntry) {
   EXPECT_EQ(complaint_of("bad/no_entry/no_entry.somas.so"),
-            "has no symbol somas_plugin: built without SOMAS_PLUGIN, or not with somas_add_plugin");
+            "has no symbol somas_plugin: built without SOMAS_PLUGIN, or not with somas_add_plugin; "
+            "rebuild it so");
 }
 
 TEST(Library, RefusesAnUndefinedSymbolWhenLoading) {
@@ -58,13 +59,14 @@ TEST(Library, RefusesAnUndefinedSymbolWhenLoading) {
 TEST(Library, RefusesATableOfAnotherRevision) {
   EXPECT_EQ(
       complaint_of("bad/wrong_table/wrong_table.somas.so"),
-      "its table is unusable: somas_plugin(): is of interface revision 99, this host needs 0; "
+      "its table is unusable: somas_plugin(): is of interface revision 99, this host needs 1; "
       "this is a fault of the plugin");
 }
 
 TEST(Library, RefusesOneThatCannotDescribeItself) {
-  EXPECT_EQ(complaint_of("bad/throwing/throwing.somas.so"),
-            "describing its parameters failed: no description today");
+  EXPECT_EQ(
+      complaint_of("bad/throwing/throwing.somas.so"),
+      "describing its parameters failed: no description today; this is a fault of the plugin");
 }
 
 #if defined(__SSE__)

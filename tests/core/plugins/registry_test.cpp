@@ -51,7 +51,8 @@ TEST(Registry, SaysWhatIsMissing) {
             "  searched:\n    " +
                 good + " (test)\n    " + text +
                 " (test)\n    /none (test, does not exist)\n  rejected: " + text +
-                "/text.somas.so: not a shared library (it has no ELF header)");
+                "/text.somas.so: not a shared library (it has no ELF header); build it with "
+                "somas_add_plugin");
 }
 
 TEST(Registry, SaysThatAnIdIsOfAnotherKind) {

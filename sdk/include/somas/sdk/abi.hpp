@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <string_view>
 
+#include "somas/sdk/log.hpp"
 #include "somas/sdk/parameters.hpp"
 
-/// Revision of the interface. 0 is provisional: host and plugins must come from the same release.
-#define SOMAS_ABI_REVISION 0
+/// Revision of the interface. What is built for a revision works with every host of that revision;
+/// see "Compatibility" in the guide for plugin authors.
+#define SOMAS_ABI_REVISION 1
 
 #define SOMAS_STRINGIFY_(x) #x
 #define SOMAS_STRINGIFY(x) SOMAS_STRINGIFY_(x)
@@ -55,7 +57,8 @@ struct ClassInfo {
   void (*destroy)(void* instance) = nullptr;
 };
 
-/// One library.
+/// One library. `size` counts what the plugin knows: later SDKs of the same revision may append,
+/// and a host reads what is there.
 struct PluginInfo {
   std::uint32_t size = sizeof(PluginInfo);
   std::uint32_t abi = SOMAS_ABI_REVISION;
@@ -64,6 +67,8 @@ struct PluginInfo {
   const char* version = "";
   const ClassInfo* classes = nullptr;
   std::uint64_t class_count = 0;
+  void (*attach)(const Host* host) = nullptr;  ///< called once, after the table was accepted; may
+                                               ///< be null. The host lives until the process ends.
 };
 
 using PluginEntry = const PluginInfo* (*)();

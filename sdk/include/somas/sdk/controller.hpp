@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/heritable.hpp"
 
 namespace somas {
@@ -21,9 +22,9 @@ struct Batch {
 };
 
 /// An expressed genome: immutable, called concurrently on disjoint batches.
-class Program {
+class Program : public Extensible {
  public:
-  virtual ~Program() = default;
+  /// Rows of Batch::memory, the same every time.
   [[nodiscard]] virtual std::uint32_t memory_per_cell() const = 0;
   /// Initialises the memory of a founder (which the host has zeroed).
   virtual void start(const Batch&) const {}
@@ -31,9 +32,13 @@ class Program {
   virtual void step(const Batch& batch) const = 0;
 };
 
-class Controller {
+/// Makes programs out of genes. A plugin class has `about`, `Parameters` and a constructor from
+/// them. Life: constructor -> for every genome, from any thread, at once for several: calls of
+/// heritable(), and express. An exception becomes an error that names controller and call; the run
+/// ends.
+class Controller : public Extensible {
  public:
-  virtual ~Controller() = default;
+  /// The genes' operators; owned by this instance, the same one every time.
   [[nodiscard]] virtual const Heritable& heritable() const = 0;
   /// Compiles genes that fit `layout` into a program. The caller owns it and destroys it before
   /// this instance.

@@ -1,6 +1,7 @@
 // Environments: what surrounds the cells.
 #pragma once
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/world.hpp"
 
 namespace somas {
@@ -10,14 +11,15 @@ namespace somas {
 /// simulation -> act, in each declared phase of every step. After connect one instance serves many
 /// simulations, possibly on several threads: begin and act are const and keep all state in the
 /// World. Exceptions become an error that names plugin, call and step; the simulation then ends.
-class Environment {
+class Environment : public Extensible {
  public:
-  virtual ~Environment() = default;
+  /// Says what there will be; the only call in which the instance may change, with connect.
   virtual void declare(Declare& declare) = 0;
   /// What all instances declare is known now.
   virtual void connect(Connections&) {}
   /// Before step 0; the founders are in place.
   virtual void begin(World&) const {}
+  /// Once a step in each declared phase; in Phase::forces once a substep.
   virtual void act(Phase phase, World& world) const = 0;
 };
 

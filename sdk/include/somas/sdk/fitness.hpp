@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/world.hpp"
 
 namespace somas {
@@ -24,9 +25,13 @@ struct Outcome {
   double biomass_share = 0;
 };
 
-class Fitness {
+/// A plugin class has `about`, `Parameters` and a constructor from them. Life: constructor ->
+/// declare, once (no phases, no sensors) -> observe at the end of every step and score at the end
+/// of every simulation, from several threads at once. Exceptions become an error that names
+/// fitness, call and step; the run ends.
+class Fitness : public Extensible {
  public:
-  virtual ~Fitness() = default;
+  /// What it wants to look at besides the cells.
   virtual void declare(Declare&) {}
   /// Name of the objective, for tables and progress ("survival"); larger is better.
   [[nodiscard]] virtual std::string_view objective() const = 0;

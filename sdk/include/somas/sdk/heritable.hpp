@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/layout.hpp"
 #include "somas/sdk/rng.hpp"
 
@@ -20,9 +21,8 @@ using Genes = std::vector<std::uint8_t>;
 using GenesView = std::span<const std::uint8_t>;
 
 /// Writes one JSON value; host-implemented. Inside a list, pass an empty key.
-class JsonWriter {
+class JsonWriter : public Extensible {
  public:
-  virtual ~JsonWriter() = default;
   virtual void open_object(std::string_view key) = 0;
   virtual void open_list(std::string_view key) = 0;
   virtual void close() = 0;
@@ -35,9 +35,8 @@ class JsonWriter {
 
 /// Reads one JSON value; host-implemented. Whatever is missing or of another type throws an
 /// exception that names the place; plugins let it pass.
-class JsonReader {
+class JsonReader : public Extensible {
  public:
-  virtual ~JsonReader() = default;
   [[nodiscard]] virtual bool has(std::string_view key) const = 0;
   [[nodiscard]] virtual const JsonReader& member(std::string_view key) const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;  ///< of a list
@@ -55,9 +54,8 @@ class JsonReader {
 /// and `conform` give genes that fit `layout`; `mutate` of fitting genes fits, and so does `cross`;
 /// `cross` of a parent with itself, or with itself after it lost ports, is that parent;
 /// distance(a, a) = 0 and is symmetric; from_json(to_json(g)) equals g to the last byte.
-class Heritable {
+class Heritable : public Extensible {
  public:
-  virtual ~Heritable() = default;
   /// Fresh random genes into `genes` (its old content is overwritten).
   virtual void random(const Layout& layout, Rng& rng, Genes& genes) const = 0;
   /// Makes genes of another layout fit this one: ports are matched by key, lost ones dropped, new

@@ -97,6 +97,7 @@ inline constexpr double ln2_low = 0x1.ef35793c76730p-45;
   return n * detail::ln2_high - ((half_square - (tail + n * detail::ln2_low)) - f);
 }
 
+/// Both of one angle.
 struct SinCos {
   double sin;
   double cos;

@@ -26,9 +26,11 @@
 #include "somas/sdk/abi.hpp"
 #include "somas/sdk/controller.hpp"
 #include "somas/sdk/environment.hpp"
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/fitness.hpp"
 #include "somas/sdk/heritable.hpp"
 #include "somas/sdk/layout.hpp"
+#include "somas/sdk/log.hpp"
 #include "somas/sdk/math.hpp"
 #include "somas/sdk/parameters.hpp"
 #include "somas/sdk/rng.hpp"
@@ -93,6 +95,7 @@ const PluginInfo* plugin_info(const char* id, const char* version) {
     p.version = version;
     p.classes = classes.data();
     p.class_count = classes.size();
+    p.attach = &attach;
     return p;
   }();
   return &info;

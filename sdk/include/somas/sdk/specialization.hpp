@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/heritable.hpp"
 #include "somas/sdk/world.hpp"
 
@@ -46,17 +47,19 @@ struct StateSpec {
 };
 
 /// Takes the states in an order in which parents come before children; copies what it is given.
-class TreeSink {
+class TreeSink : public Extensible {
  public:
-  virtual ~TreeSink() = default;
+  /// Throws for a state that cannot be; let it pass.
   virtual void add(const StateSpec& state) = 0;
   /// How many morphogens the world has. A sink that is no world's knows no limit.
   [[nodiscard]] virtual std::uint32_t morphogens() const { return no_id; }
 };
 
-class Specialization {
+/// A plugin class has `about`, `Parameters` and a constructor from them. Life: constructor ->
+/// declare, once -> grow: once for a fixed tree, for every genome and from several threads at once
+/// where trees evolve.
+class Specialization : public Extensible {
  public:
-  virtual ~Specialization() = default;
   /// Once, before anything else: what skills there are. The views are valid during the call.
   virtual void declare(std::span<const SkillInfo>) {}
   /// The part that evolves; null for a fixed tree. Owned by this instance.

@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "somas/sdk/extension.hpp"
 #include "somas/sdk/rng.hpp"
 #include "somas/sdk/types.hpp"
 
@@ -65,6 +66,7 @@ struct Variable {
   VariableSpec spec;
 };
 
+/// In the plane of the world.
 struct Point {
   double x = 0, y = 0;
 };
@@ -73,9 +75,8 @@ struct Point {
 /// runs. Names of grids, tables, scalars, cell values and purposes are the instance's own; skills,
 /// sensors, resources and causes are known to the whole experiment. Repeating a skill with the same
 /// spec gives the same handle; any other repetition throws.
-class Declare {
+class Declare : public Extensible {
  public:
-  virtual ~Declare() = default;
   [[nodiscard]] virtual const WorldInfo& world() const = 0;
   /// The name that the YAML gives this instance.
   [[nodiscard]] virtual std::string_view instance() const = 0;
@@ -108,9 +109,8 @@ class Declare {
 };
 
 /// Host-implemented; handed to `Environment::connect`, once, when all instances have declared.
-class Connections {
+class Connections : public Extensible {
  public:
-  virtual ~Connections() = default;
   /// Takes charge of another instance's variable parameter: only this instance sets it. Throws
   /// std::runtime_error, naming what there is, for one that no instance declares or that another
   /// instance has in charge.
@@ -156,9 +156,8 @@ struct Grid {
 };
 
 /// A declared table while the world runs. Spans become invalid at `resize`.
-class Table {
+class Table : public Extensible {
  public:
-  virtual ~Table() = default;
   [[nodiscard]] virtual std::uint32_t rows() const = 0;
   [[nodiscard]] virtual std::span<double> column(Id column) = 0;
   /// New rows are zero; rows beyond the new size are dropped.
@@ -172,9 +171,8 @@ struct Segment {
 
 /// The running world; host-implemented, valid during the call. Calls marked with a phase throw
 /// std::logic_error elsewhere. An Id that was never declared is a programmer's error.
-class World {
+class World : public Extensible {
  public:
-  virtual ~World() = default;
   [[nodiscard]] virtual std::uint64_t step() const = 0;
   [[nodiscard]] virtual const WorldInfo& info() const = 0;
   [[nodiscard]] virtual const Cells& cells() const = 0;

@@ -1,0 +1,160 @@
+// Plugins that fail while an experiment is loaded or run: each ends it with a message that names
+// the part of the experiment, the call and the fault; nothing crashes.
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/core/host/host_process.hpp"
+#include "tests/core/run/scratch.hpp"
+
+namespace somas {
+namespace {
+
+using test::HostProcess;
+using test::Scratch;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string experiment_text =
+    "somas: 1\n"
+    "name: bad\n"
+    "plugins: [" SOMAS_BINARY_DIR "/tests/fixtures/plugins, " SOMAS_BINARY_DIR
+    "/tests/fixtures/bad/faulty]\n"
+    "world: {max_steps: 30, max_cells: 20, morphogens: {size: 9}}\n"
+    "evolution: {population: 6, generations: 2}\n"
+    "environments:\n"
+    "  weather: {plugin: faulty_environment}\n"
+    "specialization: {plugin: faulty_tree}\n"
+    "controller: {plugin: faulty_controller}\n"
+    "fitness: {plugin: faulty_fitness}\n";
+
+struct Fault {
+  std::string block, fault;
+  int exit_code;
+  std::string message;  // part of it
+};
+
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.block << " " << fault.fault; }
+
+class BadPlugin : public testing::TestWithParam<Fault> {
+ protected:
+  BadPlugin() { run::write_file(scratch_.path() / "bad.yaml", experiment_text); }
+  int run(const std::string& setting) {
+    HostProcess process(scratch_.path(), {"bad.yaml", "--out", "run", "--quiet", "--threads", "1",
+                                          "--set", setting});
+    const int code = process.wait();
+    err_ = process.err();
+    return code;
+  }
+  Scratch scratch_;
+  std::string err_;
+};
+
+TEST_P(BadPlugin, EndsTheRunWithItsPartCallAndFault) {
+  const Fault& fault = GetParam();
+  EXPECT_EQ(run(fault.block + ".fault=" + fault.fault), fault.exit_code) << err_;
+  EXPECT_THAT(err_, AllOf(StartsWith("somas-host: "), HasSubstr(fault.message)));
+}
+
+// While the experiment is loaded: the message begins with file, line and column of the block.
+const std::string environment = "environments.weather", loading = ": environments.weather: ";
+
+INSTANTIATE_TEST_SUITE_P(
+    WhileLoading, BadPlugin,
+    testing::Values(
+        Fault{environment, "throw_constructor", 2,
+              "bad.yaml:7:3" + loading +
+                  "the plugin 'faulty_environment' cannot be created: asked to fail"},
+        Fault{environment, "throw_int_constructor", 2,
+              "cannot be created: it threw something that is no std::exception"},
+        Fault{environment, "throw_declare", 2,
+              "bad.yaml:7:3" + loading + "weather: declare: asked to fail"},
+        Fault{environment, "throw_int_declare", 2,
+              "weather: declare: an exception that is no std::exception"},
+        Fault{environment, "throw_connect", 2, loading + "weather: connect: asked to fail"},
+        Fault{environment, "sensor_twice", 2, loading + "weather: declare: "},
+        Fault{environment, "vary_nothing", 2, loading + "weather: connect: "},
+        Fault{"specialization", "throw_constructor", 2,
+              "bad.yaml:8:1: specialization: the plugin 'faulty_tree' cannot be created"},
+        Fault{"specialization", "throw_declare", 2, "specialization: declare: asked to fail"},
+        Fault{"specialization", "throw_grow", 2, "specialization: grow: asked to fail"},
+        Fault{"specialization", "no_states", 2, "specialization: "},
+        Fault{"specialization", "few_skills", 2, "specialization: "},
+        Fault{"specialization", "nan_skill", 2, "specialization: "},
+        Fault{"specialization", "nan_mass", 2, "specialization: "},
+        Fault{"specialization", "orphan", 2, "specialization: "},
+        Fault{"controller", "throw_constructor", 2,
+              "controller: the plugin 'faulty_controller' cannot be created: asked to fail"},
+        Fault{"fitness", "throw_constructor", 2,
+              "fitness: the plugin 'faulty_fitness' cannot be created: asked to fail"},
+        Fault{"fitness", "throw_declare", 2, "fitness: declare: asked to fail"},
+        Fault{"fitness", "phase", 2,
+              "fitness: declare: a fitness observes: it has no phases and no sensors"}),
+    [](const auto& one) {
+      return (one.param.block == environment ? "environment" : one.param.block) + "_" +
+             one.param.fault;
+    });
+
+INSTANTIATE_TEST_SUITE_P(
+    WhileRunning, BadPlugin,
+    testing::Values(
+        Fault{environment, "throw_begin", 3, "weather: begin at step 0: asked to fail"},
+        Fault{environment, "throw_fields", 3, "weather: act(fields) at step 0: asked to fail"},
+        Fault{environment, "throw_int_fields", 3,
+              "weather: act(fields) at step 0: an exception that is no std::exception"},
+        Fault{environment, "throw_sense", 3, "weather: act(sense) at step 0: asked to fail"},
+        Fault{environment, "throw_forces", 3, "weather: act(forces) at step 0: asked to fail"},
+        Fault{environment, "throw_stress", 3, "weather: act(stress) at step 0: asked to fail"},
+        Fault{environment, "nan_sensor", 3,
+              "weather: act(sense) at step 0: the sensor 'weather' of cell 0 is NaN, not a finite "
+              "number"},
+        Fault{environment, "nan_force", 3,
+              "weather: act(forces) at step 0: the force on cell 0 is NaN, not a finite number"},
+        Fault{environment, "infinite_force", 3,
+              "weather: act(forces) at step 0: the force on cell 0 is infinity, not a finite "
+              "number"},
+        Fault{environment, "nan_grid", 3, "the content of 'weather' is not a number >= 0"},
+        Fault{environment, "negative_grid", 3, "the content of 'weather' is not a number >= 0"},
+        Fault{environment, "wrong_phase", 3,
+              "weather: act(fields) at step 0: strike belongs in act(stress)"},
+        Fault{environment, "foreign_sensor", 3, "weather: act(sense) at step 0: no such sensor"},
+        Fault{environment, "few_hits", 3,
+              "weather: act(stress) at step 0: first_hit: too few places for hits"},
+        Fault{environment, "strike_nobody", 3, "weather: act(stress) at step 0: "},
+        Fault{"controller", "throw_random", 3, "controller: random: asked to fail"},
+        Fault{"controller", "throw_mutate", 3, "controller: mutate: asked to fail"},
+        Fault{"controller", "throw_express", 3, "controller: express: asked to fail"},
+        Fault{"controller", "no_program", 3, "controller: express: it returned no program"},
+        Fault{"controller", "much_memory", 3,
+              "controller: express: its program wants 4000000000 numbers of memory per cell; at "
+              "most 100000 are allowed"},
+        Fault{"controller", "throw_start", 3, "controller: step at step 0: asked to fail"},
+        Fault{"controller", "throw_step", 3, "controller: step at step 0: asked to fail"},
+        Fault{"controller", "throw_to_json", 3,
+              "plugin 'faulty_controller': to_json: asked to fail"},
+        Fault{"controller", "nan_json", 3, "plugin 'faulty_controller': to_json: "},
+        Fault{"fitness", "throw_observe", 3, "fitness: observe at step "},
+        Fault{"fitness", "throw_score", 3, "fitness: score: asked to fail"},
+        Fault{"fitness", "nan_score", 3, "fitness: score: \"faults\" is not a number"}),
+    [](const auto& one) {
+      return (one.param.block == environment ? "environment" : one.param.block) + "_" +
+             one.param.fault;
+    });
+
+class SoundPlugin : public BadPlugin {};
+
+// What a controller writes out of range is clamped, NaN counts as nothing: the contract of Batch.
+TEST_P(SoundPlugin, Runs) {
+  EXPECT_EQ(run(GetParam().block + ".fault=" + GetParam().fault), 0) << err_;
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, SoundPlugin,
+                         testing::Values(Fault{"fitness", "none", 0, ""},
+                                         Fault{"controller", "nan_outputs", 0, ""},
+                                         Fault{"controller", "huge_outputs", 0, ""}),
+                         [](const auto& one) { return one.param.fault; });
+
+}  // namespace
+}  // namespace somas
