@@ -16,6 +16,8 @@ add_library(somas_boost_dll INTERFACE)
 target_link_libraries(somas_boost_dll INTERFACE Boost::headers ${CMAKE_DL_LIBS})
 target_compile_definitions(somas_boost_dll INTERFACE BOOST_DLL_USE_STD_FS)
 
+find_package(SQLite3 3.40 REQUIRED)           # SQLite::SQLite3, the store of a run
+
 # xxHash has no CMake package. The library is linked for users that do not set XXH_INLINE_ALL.
 find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
 find_library(XXHASH_LIBRARY xxhash REQUIRED)

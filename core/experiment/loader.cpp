@@ -76,6 +76,7 @@ Experiment Loader::load() {
   experiment.controller = plugin_of("controller");
   experiment.original_yaml = text_;
   experiment.resolved_yaml = resolved();
+  experiment.simulation_yaml = simulation_part();
   experiment.libraries = libraries();
   return experiment;
 }
@@ -323,7 +324,17 @@ void Loader::check_states() const {
 
 std::string Loader::resolved() const {
   std::string out = "# Every key with its value.\n";
-  const auto core_key = [&](const char* key) { plugins::write_field(out, *core_.find(key), 0); };
+  for (const char* key : {"somas", "name", "seed"}) plugins::write_field(out, *core_.find(key), 0);
+  if (!directories_.empty()) out += "plugins:\n";
+  for (const std::filesystem::path& directory : directories_)
+    out += "  - " + plugins::yaml_text(directory.string()) + "\n";
+  out += simulation_part();
+  for (const char* key : {"evolution", "record"}) plugins::write_field(out, *core_.find(key), 0);
+  return out;
+}
+
+std::string Loader::simulation_part() const {
+  std::string out;
   const auto write_block = [&](const Block& block, int indent) {
     const std::string margin(static_cast<std::size_t>(indent), ' ');
     out += margin + block.node->key + ":\n";
@@ -331,11 +342,7 @@ std::string Loader::resolved() const {
     plugins::write_fields(out, block.parameters, indent + 2);
   };
 
-  for (const char* key : {"somas", "name", "seed"}) core_key(key);
-  if (!directories_.empty()) out += "plugins:\n";
-  for (const std::filesystem::path& directory : directories_)
-    out += "  - " + plugins::yaml_text(directory.string()) + "\n";
-  core_key("world");
+  plugins::write_field(out, *core_.find("world"), 0);
   const bool any = std::any_of(blocks_.begin(), blocks_.end(), [](const Block& block) {
     return block.plugin.info->kind == PluginKind::environment;
   });
@@ -343,8 +350,6 @@ std::string Loader::resolved() const {
   for (const Block& block : blocks_)
     if (block.plugin.info->kind == PluginKind::environment) write_block(block, 2);
   for (const PluginKind kind : single_kinds) write_block(block(plugins::kind_name(kind)), 0);
-  core_key("evolution");
-  core_key("record");
   return out;
 }
 

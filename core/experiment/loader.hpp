@@ -45,6 +45,7 @@ class Loader {
   void wire();
   void check_states() const;
   [[nodiscard]] std::string resolved() const;
+  [[nodiscard]] std::string simulation_part() const;
   [[nodiscard]] PluginUse plugin_of(const std::string& instance) const;
   [[nodiscard]] std::vector<Experiment::Library> libraries() const;
 

@@ -19,9 +19,9 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {"run",    "validate", "plugins", "describe",
-                                                "new",    "schema",   "replay",  "compete",
-                                                "render", "movie",    "export"};
+const std::vector<std::string> command_names = {
+    "run",    "resume",  "validate", "plugins", "describe", "new",   "schema",
+    "replay", "compete", "dump",     "render",  "movie",    "export"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -51,6 +51,8 @@ std::vector<std::string> with_command(std::vector<std::string> arguments) {
 /// The options of all commands; lives as long as the parser.
 struct Options {
   RunCommand run;
+  ResumeCommand resume;
+  DumpCommand dump;
   ValidateCommand validate;
   PluginsCommand plugins;
   DescribeCommand describe;
@@ -151,6 +153,31 @@ void add_run(CLI::App& parser, Options& options) {
   add_backend(app, run.backend);
   app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, run.plugin_path);
+}
+
+void add_resume(CLI::App& parser, Options& options) {
+  ResumeCommand& resume = options.resume;
+  CLI::App& app = *parser.add_subcommand(
+      "resume",
+      "Go on with a run, wherever it ended; the results are those of one that was never "
+      "stopped");
+  app.add_option("RUN", resume.run, "A run directory")->type_name("")->required();
+  app.add_option("--generations", options.generations,
+                 "Number of generations in all: extends a run that is complete")
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000'000));
+  app.add_flag("--accept-changes", resume.accept_changes,
+               "Go on although plugins, experiment or host have changed; the manifest records it");
+  add_backend(app, resume.backend);
+  app.add_flag("--quiet,-q", resume.quiet, "No progress; warnings and errors only");
+  add_plugin_path(app, resume.plugin_path);
+}
+
+void add_dump(CLI::App& parser, Options& options) {
+  CLI::App& app = *parser.add_subcommand(
+      "dump", "Print all results of a run's store as text, in an order that is always the same");
+  app.add_option("RUN", options.dump.run, "A run directory")->type_name("")->required();
+  app.add_flag("--hash", options.dump.hash, "Print a hash of them (XXH3-128) instead");
 }
 
 void add_validate(CLI::App& parser, Options& options) {
@@ -454,6 +481,11 @@ Command chosen(const CLI::App& parser, Options& options) {
     add_short_overrides(options, options.run.overrides);
     return options.run;
   }
+  if (parser.got_subcommand("resume")) {
+    options.resume.generations = options.generations;
+    return options.resume;
+  }
+  if (parser.got_subcommand("dump")) return options.dump;
   if (parser.got_subcommand("compete")) {
     add_short_overrides(options, options.compete.overrides);
     options.compete.random = !options.opponents.empty();
@@ -486,6 +518,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   parser.footer(std::string("`somas-host FILE` is short for `somas-host run FILE`.\n\n") +
                 exit_code_help);
   add_run(parser, options);
+  add_resume(parser, options);
   add_validate(parser, options);
   add_plugins(parser, options);
   add_describe(parser, options);
@@ -494,6 +527,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_replay(parser, options);
   add_compete(parser, options);
   add_export(parser, options);
+  add_dump(parser, options);
   add_render(parser, options.render);
   add_movie(parser, options.movie);
 

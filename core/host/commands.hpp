@@ -25,6 +25,22 @@ struct RunCommand {
   std::vector<std::string> command_line;
 };
 
+/// somas-host resume RUN
+struct ResumeCommand {
+  std::filesystem::path run;
+  std::optional<std::uint64_t> generations;
+  bool accept_changes = false;
+  std::vector<std::filesystem::path> plugin_path;
+  BackendChoice backend;
+  bool quiet = false;
+};
+
+/// somas-host dump RUN
+struct DumpCommand {
+  std::filesystem::path run;
+  bool hash = false;
+};
+
 /// somas-host validate FILE
 struct ValidateCommand {
   std::filesystem::path file;
@@ -155,10 +171,12 @@ struct Done {
 
 using Command =
     std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, NewCommand,
-                 SchemaCommand, ReplayCommand, CompeteCommand, RenderCommand, MovieCommand,
-                 ExportCommand>;
+                 SchemaCommand, ReplayCommand, CompeteCommand, ResumeCommand, DumpCommand,
+                 RenderCommand, MovieCommand, ExportCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
+int execute(const ResumeCommand& command, run::Terminal& terminal);
+int execute(const DumpCommand& command, run::Terminal& terminal);
 int execute(const ValidateCommand& command, run::Terminal& terminal);
 int execute(const PluginsCommand& command, run::Terminal& terminal);
 int execute(const DescribeCommand& command, run::Terminal& terminal);

@@ -28,6 +28,6 @@ inline constexpr const char* exit_code_help =
     "  6    evaluators were lost (killed, out of memory, no progress); finished work is saved\n"
     "  129  hung up (SIGHUP, the terminal closed); all finished generations are saved\n"
     "  130  interrupted (Ctrl-C); all finished generations are saved\n"
-    "  143  terminated (SIGTERM); all finished generations are saved\n";
+    "  143  terminated (SIGTERM, or a scheduler's SIGUSR1, SIGUSR2, SIGXCPU); all is saved\n";
 
 }  // namespace somas::host

@@ -48,16 +48,9 @@ int write_all(int fd, std::string_view content) {
 }
 
 /// 0 or the errno. Pipes and devices cannot be flushed, and need not be.
-int flush(int fd) {
+int flush_file(int fd) {
   if (::fsync(fd) == 0 || errno == EINVAL || errno == EROFS) return 0;
   return errno;
-}
-
-// A rename is durable once its directory is; best effort, the file itself is whole either way.
-void flush_directory_of(const std::filesystem::path& path) {
-  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
-  const Descriptor directory(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) ::fsync(directory.get());
 }
 
 /// 0 or the errno.
@@ -65,7 +58,7 @@ int write_new(const std::filesystem::path& path, std::string_view content) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) return errno;
   if (const int error = write_all(file.get(), content)) return error;
-  if (const int error = flush(file.get())) return error;
+  if (const int error = flush_file(file.get())) return error;
   return file.close();
 }
 
@@ -115,6 +108,13 @@ void write_straight(const std::filesystem::path& path, std::string_view content)
   if (error != 0) throw WriteError(path, error);
 }
 
+std::string hash_text(const XXH128_hash_t& hash) {
+  char text[33];
+  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return text;
+}
+
 void write_and_rename(const std::filesystem::path& path, std::string_view content,
                       int (*put)(const std::filesystem::path&, const std::filesystem::path&)) {
   const std::filesystem::path temporary = temporary_beside(path);
@@ -124,6 +124,7 @@ void write_and_rename(const std::filesystem::path& path, std::string_view conten
     ::unlink(temporary.c_str());
     throw WriteError(path, error);
   }
+  // A rename is durable once its directory is; the file itself is whole either way.
   flush_directory_of(path);
 }
 
@@ -133,6 +134,12 @@ WriteError::WriteError(const std::filesystem::path& path, int error)
     : std::runtime_error("cannot write " + path.string() + ": " + reason(error)),
       path_(path),
       error_(error) {}
+
+void flush_directory_of(const std::filesystem::path& path) {
+  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
+  const Descriptor directory(::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) ::fsync(directory.get());
+}
 
 void write_file(const std::filesystem::path& path, std::string_view content) {
   write_and_rename(path, content, rename_over);
@@ -225,16 +232,16 @@ std::string hash_of_file(const std::filesystem::path& path) {
     in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(in.gcount()));
   }
-  const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
-  char text[33];
-  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return text;
+  return hash_text(XXH3_128bits_digest(state.get()));
+}
+
+std::string hash_of_text(std::string_view text) {
+  return hash_text(XXH3_128bits(text.data(), text.size()));
 }
 
 AppendFile::AppendFile(std::filesystem::path path, std::string_view beginning)
     : path_(std::move(path)) {
-  create_file(path_, beginning);
+  write_file(path_, beginning);
   descriptor_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor_ < 0) throw WriteError(path_, errno);
   size_ = size_before_ = beginning.size();
@@ -244,12 +251,15 @@ AppendFile::~AppendFile() { ::close(descriptor_); }
 
 void AppendFile::append(std::string_view piece) {
   size_before_ = size_;
-  int error = write_all(descriptor_, piece);
-  if (error == 0) error = flush(descriptor_);
+  const int error = write_all(descriptor_, piece);
   size_ += piece.size();
   if (error == 0) return;
   undo();
   throw WriteError(path_, error);
+}
+
+void AppendFile::flush() {
+  if (const int error = flush_file(descriptor_)) throw WriteError(path_, error);
 }
 
 void AppendFile::undo() noexcept {

@@ -28,6 +28,9 @@ void check_output(const std::filesystem::path& path);
 /// As write_file, but refuses (WriteError, EEXIST) to replace a file.
 void create_file(const std::filesystem::path& path, std::string_view content);
 
+/// Flushes the directory that `path` stands in, so that its name is durable; best effort.
+void flush_directory_of(const std::filesystem::path& path);
+
 /// The whole file. Throws UsageError, saying why, if it cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
@@ -37,18 +40,22 @@ void create_file(const std::filesystem::path& path, std::string_view content);
 /// XXH3-128 of a file's bytes, as 32 hexadecimal digits. Throws UsageError.
 [[nodiscard]] std::string hash_of_file(const std::filesystem::path& path);
 
+/// The same of a text.
+[[nodiscard]] std::string hash_of_text(std::string_view text);
+
 /// A file that only grows, by whole pieces.
 class AppendFile {
  public:
-  /// Creates the file, which must not exist, with this beginning. Throws WriteError.
+  /// Makes the file, or replaces it, with this beginning. Throws WriteError.
   AppendFile(std::filesystem::path path, std::string_view beginning);
   ~AppendFile();
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
 
-  /// Adds a piece and flushes it to the disk. Throws WriteError; then the file has been cut back to
-  /// what it was.
+  /// Adds a piece. Throws WriteError; then the file has been cut back to what it was.
   void append(std::string_view piece);
+  /// Flushes what was added to the disk. Throws WriteError.
+  void flush();
   /// Takes the last piece back, for when something that belongs to it failed.
   void undo() noexcept;
 

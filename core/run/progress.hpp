@@ -8,6 +8,7 @@
 
 #include "core/evolution/ranking.hpp"
 #include "core/run/terminal.hpp"
+#include "core/run/watcher.hpp"
 
 namespace somas::run {
 
@@ -31,18 +32,17 @@ struct Standing {
 /// On a terminal one line, redrawn five times a second: bar, generation, best, median, evaluations
 /// a second, time left. Elsewhere a line a generation, and within one that takes long, now and
 /// then.
-class Progress {
+class Progress final : public Watcher {
  public:
   /// `evaluations`: simulations a generation.
   Progress(Terminal& terminal, std::uint64_t generations, std::uint64_t evaluations);
-  ~Progress();
+  ~Progress() override;
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void begin_generation(std::uint64_t generation);
-  /// `done` evaluations of this generation are finished.
-  void update(std::uint64_t done);
-  void end_generation(const evolution::Statistics& statistics);
+  void begin_generation(std::uint64_t generation) override;
+  void update(std::uint64_t done) override;
+  void end_generation(const evolution::Statistics& statistics) override;
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -13,100 +13,12 @@
 
 #include <sys/stat.h>
 
-#include "core/run/csv.hpp"
+#include "core/run/phase.hpp"
 
 namespace somas::run {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view generations_header =
-    "generation,best,q3,median,q1,worst,mean,champion_id,champion_genome_length,"
-    "champion_survival,champion_censored,champion_divisions,champion_specializations,"
-    "champion_peak_cells,evaluations,censored,refused_divisions,cell_steps\n";
-constexpr std::string_view individuals_header =
-    "id,generation,parent1,parent2,operator,fitness,genome_length\n";
-constexpr std::string_view timing_header =
-    "generation,seconds,evaluations_per_second,cell_steps_per_second,threads,finished\n";
-
-// Columns that only some modes have come last.
-std::string header_of(std::string_view columns, std::string_view company, evolution::Mode mode) {
-  std::string header(columns.substr(0, columns.size() - 1));
-  if (mode != evolution::Mode::solo) header += "," + std::string(company);
-  if (mode == evolution::Mode::coevolution) header += ",population";
-  return header + "\n";
-}
-
-std::string generation_line(const Generation& generation) {
-  const evolution::Statistics& statistics = generation.statistics;
-  const evolution::Individual& champion = generation.champion.individual;
-  const Outcome& outcome = generation.champion.life.outcome;
-  CsvLine line;
-  line.add(generation.number)
-      .add(statistics.best)
-      .add(statistics.upper_quartile)
-      .add(statistics.median)
-      .add(statistics.lower_quartile)
-      .add(statistics.worst)
-      .add(statistics.mean);
-  line.add(champion.id)
-      .add(champion.genome.length())
-      .add(outcome.survival)
-      .add(outcome.censored ? 1 : 0)
-      .add(outcome.divisions)
-      .add(outcome.specializations)
-      .add(outcome.peak_cells);
-  line.add(generation.evaluations)
-      .add(generation.censored)
-      .add(generation.refused_divisions)
-      .add(generation.cell_steps);
-  if (!generation.opponents.empty()) line.add(outcome.biomass_share);
-  if (generation.champion.population != 0) line.add(generation.champion.population);
-  return line.take();
-}
-
-std::string individual_lines(const Generation& generation) {
-  std::string text;
-  CsvLine line;
-  for (std::size_t k = 0; k < generation.population->size(); ++k) {
-    const evolution::Individual& individual = (*generation.population)[k];
-    line.add(individual.id).add(generation.number);
-    for (std::size_t i = 0; i < 2; ++i) {
-      if (i < individual.parents.size())
-        line.add(individual.parents[i]);
-      else
-        line.add("");
-    }
-    line.add(evolution::name_of(individual.origin))
-        .add(individual.fitness)
-        .add(individual.genome.length());
-    if (!generation.opponents.empty()) line.add(generation.opponents[k]);
-    if (generation.champion.population != 0) line.add(generation.champion.population);
-    text += line.take();
-  }
-  return text;
-}
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-std::string timing_line(std::span<const Generation> populations, const Timing& timing) {
-  const Generation& generation = populations.front();
-  const double seconds = std::max(timing.seconds, 1e-9);
-  double cell_steps = 0;
-  for (const Generation& one : populations) cell_steps += one.cell_steps;
-  char rates[96];
-  std::snprintf(rates, sizeof rates, "%.3f,%.1f,%.0f", timing.seconds,
-                static_cast<double>(generation.evaluations) / seconds, cell_steps / seconds);
-  return std::to_string(generation.number) + "," + rates + "," + std::to_string(timing.threads) +
-         "," + now_utc() + "\n";
-}
 
 [[noreturn]] void cannot_make(const fs::path& path, int error) {
   std::string why = std::generic_category().message(error);
@@ -120,7 +32,10 @@ std::string timing_line(std::span<const Generation> populations, const Timing& t
 
 /// False if something of that name exists already.
 bool make_directory(const fs::path& path) {
-  if (::mkdir(path.c_str(), 0777) == 0) return true;
+  if (::mkdir(path.c_str(), 0777) == 0) {
+    flush_directory_of(path);
+    return true;
+  }
   if (errno == EEXIST) return false;
   cannot_make(path, errno);
 }
@@ -152,6 +67,37 @@ std::string file_name_of(const std::string& name) {
                    " is not empty: an earlier run is never overwritten; name another --out");
 }
 
+// What a run makes before its manifest; nothing of it is anybody's result.
+bool is_of_a_beginning(const std::string& name) {
+  constexpr std::string_view names[] = {RunLock::file_name, "experiment.yaml", "resolved.yaml",
+                                        "champions", "genomes"};
+  return std::find(std::begin(names), std::end(names), name) != std::end(names) ||
+         name.starts_with(store_name) || name.starts_with('.');
+}
+
+/// Empty, or left by a run that was killed before it began: its lock was the first thing there.
+bool is_free(const fs::path& directory) {
+  std::error_code error;
+  const bool was_ours = fs::exists(directory / RunLock::file_name, error);
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    if (!was_ours || !is_of_a_beginning(entry.path().filename().string())) return false;
+  return !error;
+}
+
+void remove_beginning(const fs::path& directory) {
+  std::vector<fs::path> paths;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory))
+    if (entry.path().filename() != RunLock::file_name) paths.push_back(entry.path());
+  std::error_code error;
+  for (const fs::path& path : paths)
+    if (fs::remove_all(path, error); error) throw WriteError(path, error.value());
+}
+
+/// A temporary file of write_file's.
+bool is_temporary(const std::string& name) {
+  return name.starts_with('.') && name.find(".tmp") != std::string::npos;
+}
+
 fs::path make_given_directory(const fs::path& given) {
   if (given.empty()) throw UsageError("--out: the name of the directory is empty");
   // "runs/a/" names the same directory as "runs/a".
@@ -160,8 +106,27 @@ fs::path make_given_directory(const fs::path& given) {
   if (make_directory(out)) return out;
   std::error_code error;
   if (!fs::is_directory(out, error)) throw UsageError(out.string() + " exists and is no directory");
-  if (!fs::is_empty(out, error) || error) refuse_earlier_run(out);
+  if (!is_free(out)) refuse_earlier_run(out);
   return out;
+}
+
+struct ChampionName {
+  std::uint64_t generation = 0;
+  std::uint32_t population = 1;
+};
+
+/// The reverse of champion_path.
+std::optional<ChampionName> champion_named(const std::string& name) {
+  if (!name.starts_with("gen-") || !name.ends_with(".json")) return std::nullopt;
+  ChampionName result;
+  const char* end = name.data() + name.size() - 5;
+  auto parsed = std::from_chars(name.data() + 4, end, result.generation);
+  if (parsed.ec != std::errc{}) return std::nullopt;
+  if (parsed.ptr == end) return result;
+  if (*parsed.ptr != '-') return std::nullopt;
+  parsed = std::from_chars(parsed.ptr + 1, end, result.population);
+  if (parsed.ec != std::errc{} || parsed.ptr != end) return std::nullopt;
+  return result;
 }
 
 }  // namespace
@@ -177,12 +142,8 @@ std::uint64_t last_generation(const fs::path& run) {
   std::optional<std::uint64_t> last;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(run / "champions", error)) {
-    const std::string name = entry.path().filename().string();
-    std::uint64_t number = 0;
-    if (!name.starts_with("gen-") || !name.ends_with(".json")) continue;
-    const char* end = name.data() + name.size() - 5;
-    const auto parsed = std::from_chars(name.data() + 4, end, number);
-    if (parsed.ec == std::errc{} && parsed.ptr == end) last = std::max(last.value_or(0), number);
+    const std::optional<ChampionName> name = champion_named(entry.path().filename().string());
+    if (name && name->population == 1) last = std::max(last.value_or(0), name->generation);
   }
   if (error)
     throw UsageError(run.string() + " is no run directory: " + (run / "champions").string() + ": " +
@@ -232,51 +193,94 @@ fs::path make_run_directory(const std::optional<fs::path>& out, const std::strin
   return path;
 }
 
+bool holds_run(const fs::path& directory) {
+  std::error_code error;
+  return fs::exists(directory / "manifest.json", error);
+}
+
 RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experiment,
                            const Json& manifest, std::span<const GivenGenome> genomes)
-    : path_(std::move(path)), owners_(owners_of(experiment)), mode_(experiment.evolution.mode) {
-  try {
-    create_file(path_ / "experiment.yaml", experiment.original_yaml);
-  } catch (const WriteError& error) {
-    // Another run that started at the same moment was faster.
-    if (error.error() == EEXIST) refuse_earlier_run(path_);
-    throw;
-  }
+    : path_(std::move(path)), lock_(path_) {
+  // Another run that started at the same moment may have been faster.
+  if (!is_free(path_)) refuse_earlier_run(path_);
+  remove_beginning(path_);
+  create_file(path_ / "experiment.yaml", experiment.original_yaml);
   create_file(path_ / "resolved.yaml", experiment.resolved_yaml);
-  create_file(path_ / "manifest.json", to_text(manifest));
   make_directory(path_ / "champions");
   if (!genomes.empty()) make_directory(path_ / "genomes");
   for (std::size_t i = 0; i < genomes.size(); ++i)
     create_file(path_ / "genomes" / ("given-" + std::to_string(i) + ".json"), genomes[i].text);
-  individuals_.emplace(path_ / "individuals.csv",
-                       header_of(individuals_header, "opponents", mode_));
-  timing_.emplace(path_ / "timing.csv", timing_header);
-  generations_.emplace(path_ / "generations.csv",
-                       header_of(generations_header, "champion_biomass_share", mode_));
+  Store::create(path_ / store_name, {experiment.original_yaml, experiment.resolved_yaml});
+  create_file(path_ / "manifest.json", to_text(manifest));
+  store_.emplace(path_ / store_name, Database::Access::write);
+  open_files(experiment);
 }
 
-void RunDirectory::commit(std::span<const Generation> populations,
-                          const evolution::Heredity& heredity, const Timing& timing) {
-  std::vector<fs::path> champions;
-  std::string individuals, generations;
-  int appended = 0;
-  try {
-    for (const Generation& generation : populations) {
-      const fs::path champion =
-          champion_path(path_, generation.number, generation.champion.population);
-      create_file(champion, to_text(generation.champion, heredity, owners_));
-      champions.push_back(champion);
-      individuals += individual_lines(generation);
-      generations += generation_line(generation);
+RunDirectory::RunDirectory(fs::path path) : path_(std::move(path)), lock_(path_) {
+  store_.emplace(path_ / store_name, Database::Access::write);
+}
+
+void RunDirectory::open_files(const experiment::Experiment& experiment) {
+  owners_ = owners_of(experiment);
+  exported_ = exported_files(experiment.evolution.mode);
+  remove_leftovers();
+  const std::uint64_t finished = store_->generations();
+  for (const ExportedFile& file : exported_) {
+    std::string text = file.header;
+    for (std::uint64_t number = 0; number < finished; ++number)
+      text += file.lines(store_->database(), number);
+    files_.push_back(std::make_unique<AppendFile>(path_ / file.name, text));
+  }
+}
+
+void RunDirectory::replace_experiment(const StoreMeta& meta) {
+  store_->set_meta(meta);
+  write_file(path_ / "experiment.yaml", meta.original_yaml);
+  write_file(path_ / "resolved.yaml", meta.resolved_yaml);
+}
+
+// Champions are written before their generation is committed, and files under temporary names.
+void RunDirectory::remove_leftovers() const {
+  const std::uint64_t finished = store_->generations();
+  std::vector<fs::path> leftovers;
+  for (const fs::path& directory : {path_, path_ / "champions"}) {
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
+      const std::string name = entry.path().filename().string();
+      const std::optional<ChampionName> champion = champion_named(name);
+      if (is_temporary(name) || (champion && champion->generation >= finished))
+        leftovers.push_back(entry.path());
     }
-    individuals_->append(individuals);
-    ++appended;
-    timing_->append(timing_line(populations, timing));
-    ++appended;
-    generations_->append(generations);
+  }
+  std::error_code error;
+  for (const fs::path& leftover : leftovers)
+    if (fs::remove(leftover, error); error) throw WriteError(leftover, error.value());
+}
+
+void RunDirectory::commit(std::span<Generation> populations, const evolution::Heredity& heredity,
+                          const Timing& timing) {
+  const std::uint64_t number = populations.front().number;
+  std::vector<fs::path> champions;
+  std::size_t appended = 0;
+  try {
+    for (Generation& generation : populations) {
+      const std::string text = to_text(generation.champion, heredity, owners_);
+      const fs::path champion = champion_path(path_, number, generation.champion.population);
+      create_file(champion, text);
+      champions.push_back(champion);
+      generation.champion_hash = hash_of_text(text);
+    }
+    store_->add(populations, timing);
+
+    enter_phase("export");
+    for (; appended < files_.size(); ++appended)
+      files_[appended]->append(exported_[appended].lines(store_->database(), number));
+
+    enter_phase("commit");
+    store_->commit();
   } catch (...) {
-    if (appended > 1) timing_->undo();
-    if (appended > 0) individuals_->undo();
+    store_->rollback();
+    while (appended-- > 0) files_[appended]->undo();
     std::error_code ignored;
     for (const fs::path& champion : champions) fs::remove(champion, ignored);
     throw;
@@ -285,6 +289,11 @@ void RunDirectory::commit(std::span<const Generation> populations,
 
 void RunDirectory::summarize(const Json& summary) {
   write_file(path_ / "summary.json", to_text(summary));
+}
+
+void RunDirectory::close() {
+  for (const std::unique_ptr<AppendFile>& file : files_) file->flush();
+  store_->settle();
 }
 
 }  // namespace somas::run

@@ -1,22 +1,18 @@
 #include "core/run/runner.hpp"
 
-#include <algorithm>
-#include <chrono>
-#include <memory>
+#include <future>
 #include <utility>
 
-#include "core/evolution/reproduction.hpp"
+#include "core/evolution/matching.hpp"
 #include "core/plugins/suggest.hpp"
-#include "core/run/contest.hpp"
 #include "core/run/progress.hpp"
-#include "core/run/recordings.hpp"
+#include "core/run/resume.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
 namespace {
 
 using plugins::plural;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t largest_genome = std::uint64_t{64} << 20;  // bytes
 
@@ -28,276 +24,101 @@ std::vector<GivenGenome> read_genomes(const std::vector<std::filesystem::path>& 
   return genomes;
 }
 
-/// One run, from the first generation to the last.
-class Run {
- public:
-  Run(const experiment::Experiment& experiment, const RunOptions& options, Terminal& terminal,
-      evaluation::StopToken stop)
-      : experiment_(experiment),
-        settings_(experiment.evolution),
-        ecosystem_(*experiment.ecosystem),
-        heredity_(ecosystem_),
-        own_backend_(options.backend ? nullptr : evaluation::thread_backend(options.threads)),
-        backend_(options.backend ? *options.backend : *own_backend_),
-        evaluator_(backend_.evaluator(experiment)),
-        stop_(stop) {
-    // Whatever can be wrong with the input shows before a directory is made.
-    const std::vector<GivenGenome> given = read_genomes(options.genomes);
-    std::vector<std::string> warnings;
-    for (const GivenGenome& genome : given) {
-      SavedGenome saved =
-          parse_genome(genome.text, genome.file.string(), heredity_, owners_of(experiment));
-      given_.push_back(std::move(saved.genome));
-      for (std::string& warning : saved.warnings) warnings.push_back(std::move(warning));
-    }
-    if (given_.size() > settings_.population)
-      throw UsageError(std::to_string(given_.size()) + " genomes do not fit a population of " +
-                       std::to_string(settings_.population));
-    const Json manifest =
-        manifest_of(experiment, {options.file, options.command_line, options.plugin_path, given});
-
-    const std::filesystem::path path =
-        make_run_directory(options.out, experiment.name, experiment.seed);
-    directory_.emplace(path, experiment, manifest, given);
-    recordings_.emplace(experiment_, heredity_, path);
-    report_.directory = path;
-    for (const std::string& warning : warnings) terminal.line("warning: " + warning);
-    if (options.quiet) return;
-    terminal.line("run " + path.string() + ": " + plural(settings_.generations, "generation") +
-                  " of " + std::to_string(settings_.population) + ", seed " +
-                  std::to_string(experiment.seed) + ", " + backend_.description());
-    progress_.emplace(terminal, settings_.generations,
-                      evolution::matches(settings_, experiment.seed, 0).size());
-  }
-
-  RunReport all_generations() {
-    try {
-      summarize("running");
-      for (std::uint64_t number = 0; number < settings_.generations; ++number) {
-        if (!generation(number)) {
-          report_.stopped = true;
-          break;
-        }
-        if (number + 1 < settings_.generations) summarize("running");
-      }
-    } catch (...) {
-      // A disk that is full may have room for this; the first failure is the one to tell.
-      try {
-        summarize("failed");
-      } catch (const WriteError&) {
-      }
-      throw;
-    }
-    summarize(report_.stopped ? "stopped" : "complete");
-    return report_;
-  }
-
- private:
-  /// False if stopped; then nothing of this generation reaches the disk.
-  bool generation(std::uint64_t number) {
-    const Clock::time_point begun = Clock::now();
-    if (progress_) progress_->begin_generation(number);
-    reproduce(number);
-    const auto results = evaluate(number);
-    if (!results) return false;
-
-    std::vector<Generation> records(populations_.size());
-    for (std::size_t p = 0; p < populations_.size(); ++p) {
-      records[p].number = number;
-      records[p].population = &populations_[p];
-      absorb(*results, p, records[p]);
-      if (!record_champion(*results, p, records[p]) || !record_all(number, p)) return false;
-    }
-
-    const std::chrono::duration<double> seconds = Clock::now() - begun;
-    directory_->commit(records, heredity_, {seconds.count(), backend_.workers()});
-    note(records);
-    return true;
-  }
-
-  void reproduce(std::uint64_t number) {
-    try {
-      populations_.resize(evolution::population_count(settings_));
-      for (std::uint32_t p = 0; p < populations_.size(); ++p) {
-        const std::uint64_t seed = evolution::population_seed(experiment_.seed, p);
-        const auto given =
-            p == 0 ? std::span<const model::Genome>(given_) : std::span<const model::Genome>();
-        populations_[p] =
-            number == 0 ? evolution::initial(settings_, heredity_, seed, given)
-                        : evolution::next(settings_, heredity_, populations_[p], seed, number);
-      }
-      contest_.emplace(settings_, heredity_, experiment_.seed, number, populations_, former_);
-    } catch (const model::PluginFailure& failure) {
-      throw PluginError("generation " + std::to_string(number) + ": " + failure.what());
-    }
-  }
-
-  std::optional<std::vector<evaluation::Result>> evaluate(std::uint64_t number) {
-    const std::vector<evaluation::Task> tasks = contest_->tasks();
-    std::uint64_t done = 0;
-    auto results = evaluator_->evaluate(tasks, stop_, [&](std::size_t, const evaluation::Result&) {
-      if (progress_) progress_->update(++done);
-    });
-    if (results) refuse_if_all_failed(number, *results);
-    return results;
-  }
-
-  /// Without a life that went well there is nothing to select.
-  void refuse_if_all_failed(std::uint64_t number, const std::vector<evaluation::Result>& results) {
-    const auto failed = [](const evaluation::Result& result) { return result.failure.has_value(); };
-    if (std::all_of(results.begin(), results.end(), failed)) fail(number, 0, *results[0].failure);
-  }
-
-  /// Keeps the genomes that brought a plugin down, so that its author can try again.
-  [[noreturn]] void fail(std::uint64_t number, std::size_t task,
-                         const evaluation::Failure& failure) {
-    const std::string what =
-        failure.plugin.empty() ? failure.cause : failure.plugin + ": " + failure.cause;
-    const std::filesystem::path file = directory_->path() / "failed-genome.json";
-    const evolution::Match& match = contest_->matches()[task];
-    Json json;
-    json["generation"] = number;
-    std::string who;
-    if (match.seats.size() == 1) {
-      const evolution::Individual& individual = populations_[0][match.seats[0].index];
-      who = "individual " + std::to_string(individual.id);
-      json["id"] = individual.id;
-      json["seed"] = hex64(match.seed);
-      json["error"] = what;
-      json["genome"] = genome_to_json(individual.genome, heredity_, owners_of(experiment_));
-    } else {
-      who = "simulation " + std::to_string(task);
-      json["seed"] = hex64(match.seed);
-      json["error"] = what;
-      json["roster"] = roster_to_json(contest_->roster(task), heredity_, owners_of(experiment_));
-    }
-    write_file(file, to_text(json));
-    const std::string text = "generation " + std::to_string(number) + ", " + who + ": " + what +
-                             "; so failed all simulations of the generation (genome saved in " +
-                             file.string() + ")";
-    throw PluginError(text);
-  }
-
-  void absorb(const std::vector<evaluation::Result>& results, std::size_t population,
-              Generation& record) {
-    evolution::Population& members = populations_[population];
-    record.evaluations = results.size();
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      std::vector<double> trials;
-      members[i].cost = 0;
-      for (std::uint32_t trial = 0; trial < settings_.trials; ++trial) {
-        const Contest::Part part = contest_->part(population, i, trial);
-        const evaluation::Row& row = results[part.match].rows[part.seat];
-        trials.push_back(row.score);
-        if (results[part.match].failure) members[i].set_aside = true;
-        record.censored += row.outcome.censored ? 1 : 0;
-        record.refused_divisions += row.outcome.refused_divisions;
-        record.cell_steps += row.outcome.cell_steps;
-        members[i].cost += row.outcome.cell_steps;
-      }
-      evolution::assign_fitness(members[i], std::move(trials));
-      if (settings_.mode != evolution::Mode::solo)
-        record.opponents.push_back(contest_->opponents(population, i));
-    }
-    evolution::assign_worst_fitness(members);
-    record.statistics = evolution::statistics(members);
-  }
-
-  /// Simulates the best of a population once more, step by step. False if stopped.
-  bool record_champion(const std::vector<evaluation::Result>& results, std::size_t population,
-                       Generation& record) {
-    const std::size_t best = evolution::rank(populations_[population]).front();
-    const Contest::Part part = contest_->part(population, best, 0);
-    const evaluation::Row& expected = results[part.match].rows[part.seat];
-    Champion& champion = record.champion;
-    champion = first_trial_of(record.number, population, best);
-    auto life = recordings_->champion(champion, stop_);
-    if (!life) return false;
-    if (life->outcome.survival != expected.outcome.survival || life->score != expected.score)
-      throw std::runtime_error(
-          "generation " + std::to_string(record.number) + ", individual " +
-          std::to_string(champion.individual.id) + ": survived " +
-          std::to_string(expected.outcome.survival) + " steps when evaluated and " +
-          std::to_string(life->outcome.survival) +
-          " when simulated again with the same seed; does a plugin keep state of its own?");
-    champion.life = std::move(*life);
-    return true;
-  }
-
-  /// An individual in the world of its first trial, before it lives.
-  [[nodiscard]] Champion first_trial_of(std::uint64_t number, std::size_t population,
-                                        std::size_t index) const {
-    const Contest::Part part = contest_->part(population, index, 0);
-    Champion who;
-    who.experiment = experiment_.name;
-    who.generation = number;
-    if (populations_.size() > 1) who.population = static_cast<std::uint32_t>(population) + 1;
-    who.individual = populations_[population][index];
-    who.seed = contest_->matches()[part.match].seed;
-    who.roster = contest_->roster(part.match);
-    who.own_seat = part.seat;
-    return who;
-  }
-
-  /// Everybody's recording, if the experiment wants it. False if stopped.
-  bool record_all(std::uint64_t number, std::size_t population) {
-    if (!recordings_->of_all()) return true;
-    for (std::size_t i = 0; i < populations_[population].size(); ++i)
-      if (!recordings_->individual(first_trial_of(number, population, i), stop_)) return false;
-    return true;
-  }
-
-  void note(const std::vector<Generation>& records) {
-    bool first = report_.generations == 0;
-    for (const Generation& record : records) {
-      if (!first && record.statistics.best <= report_.best) continue;
-      report_.best = record.statistics.best;
-      report_.best_generation = record.number;
-      first = false;
-    }
-    report_.generations = records.front().number + 1;
-    if (settings_.mode == evolution::Mode::hall_of_fame) {
-      const evolution::Individual& champion = records.front().champion.individual;
-      former_.push_back({champion.id, champion.genome});
-    }
-    if (progress_) progress_->end_generation(records.front().statistics);
-  }
-
-  void summarize(const char* status) {
-    Json json;
-    json["status"] = status;
-    json["generations"] = report_.generations;
-    json["planned_generations"] = settings_.generations;
-    if (report_.generations > 0) {
-      json["best"] = report_.best;
-      json["best_generation"] = report_.best_generation;
-    }
-    directory_->summarize(json);
-  }
-
-  const experiment::Experiment& experiment_;
-  const evolution::Settings& settings_;
-  const model::Ecosystem& ecosystem_;
-  evolution::Heredity heredity_;
-  std::unique_ptr<evaluation::Backend> own_backend_;
-  evaluation::Backend& backend_;
-  std::unique_ptr<evaluation::Evaluator> evaluator_;
-  evaluation::StopToken stop_;
-  std::vector<model::Genome> given_;
-  std::optional<RunDirectory> directory_;
-  std::optional<Recordings> recordings_;
-  std::optional<Progress> progress_;
-  std::vector<evolution::Population> populations_;
-  std::vector<FormerChampion> former_;  ///< by generation, for the hall of fame
-  std::optional<Contest> contest_;      ///< of the present generation
-  RunReport report_;
+/// Genomes that seed a first generation, and what to say of them.
+struct Given {
+  std::vector<model::Genome> genomes;
+  std::vector<std::string> warnings;
 };
+
+Given parse_genomes(const std::vector<GivenGenome>& files,
+                    const experiment::Experiment& experiment) {
+  const evolution::Heredity heredity(*experiment.ecosystem);
+  Given given;
+  for (const GivenGenome& file : files) {
+    SavedGenome saved =
+        parse_genome(file.text, file.file.string(), heredity, owners_of(experiment));
+    given.genomes.push_back(std::move(saved.genome));
+    for (std::string& warning : saved.warnings) given.warnings.push_back(std::move(warning));
+  }
+  if (given.genomes.size() > experiment.evolution.population)
+    throw UsageError(std::to_string(given.genomes.size()) + " genomes do not fit a population of " +
+                     std::to_string(experiment.evolution.population));
+  return given;
+}
+
+/// How a run is carried out.
+struct Ways {
+  evaluation::Backend* backend = nullptr;
+  unsigned threads = 0;
+  bool quiet = false;
+};
+
+/// From where the directory stands to the end, with progress on the terminal.
+RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& directory,
+                    std::vector<model::Genome> given, const Ways& ways, Terminal& terminal,
+                    evaluation::StopToken stop) {
+  const auto own_backend =
+      ways.backend != nullptr ? nullptr : evaluation::thread_backend(ways.threads);
+  evaluation::Backend& backend = ways.backend != nullptr ? *ways.backend : *own_backend;
+  const auto evaluator = backend.evaluator(experiment);
+  const evolution::Settings& settings = experiment.evolution;
+  const std::uint64_t finished = directory.store().generations();
+  std::optional<Progress> progress;
+  if (!ways.quiet && finished == settings.generations) {
+    terminal.line("run " + directory.path().string() + " is complete: " +
+                  plural(finished, "generation") + " (--generations N extends it)");
+  } else if (!ways.quiet) {
+    terminal.line("run " + directory.path().string() + ": " +
+                  plural(settings.generations, "generation") + " of " +
+                  std::to_string(settings.population) + ", seed " +
+                  std::to_string(experiment.seed) + ", " + backend.description() +
+                  (finished > 0 ? "; " + plural(finished, "generation") + " done" : ""));
+    progress.emplace(terminal, settings.generations,
+                     evolution::matches(settings, experiment.seed, 0).size());
+  }
+  Coordinator coordinator(
+      {experiment, *evaluator, backend.workers(), directory, progress ? &*progress : nullptr, stop},
+      std::move(given));
+  // In a thread of its own, which is named after what it does (see enter_phase).
+  return std::async(std::launch::async, [&] { return coordinator.all_generations(); }).get();
+}
+
+/// Copies of the genomes that seeded the run, from its directory.
+std::vector<GivenGenome> genomes_in(const std::filesystem::path& run) {
+  std::vector<std::filesystem::path> files;
+  for (std::size_t i = 0;; ++i) {
+    std::filesystem::path file = run / "genomes" / ("given-" + std::to_string(i) + ".json");
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) break;
+    files.push_back(std::move(file));
+  }
+  return read_genomes(files);
+}
 
 }  // namespace
 
 RunReport run(const experiment::Experiment& experiment, const RunOptions& options,
               Terminal& terminal, evaluation::StopToken stop) {
-  return Run(experiment, options, terminal, stop).all_generations();
+  // Whatever can be wrong with the input shows before a directory is made.
+  const std::vector<GivenGenome> files = read_genomes(options.genomes);
+  Given given = parse_genomes(files, experiment);
+  const Json manifest =
+      manifest_of(experiment, {options.file, options.command_line, options.plugin_path, files});
+
+  const std::filesystem::path path =
+      make_run_directory(options.out, experiment.name, experiment.seed);
+  RunDirectory directory(path, experiment, manifest, files);
+  for (const std::string& warning : given.warnings) terminal.line("warning: " + warning);
+  return carry_out(experiment, directory, std::move(given.genomes),
+                   {options.backend, options.threads, options.quiet}, terminal, stop);
+}
+
+RunReport resume(const ResumeOptions& options, Terminal& terminal, evaluation::StopToken stop) {
+  Resumption resumption = reopen(options, terminal);
+  const std::vector<GivenGenome> files = genomes_in(options.run);
+  Given given = parse_genomes(files, resumption.experiment);
+  return carry_out(resumption.experiment, *resumption.directory, std::move(given.genomes),
+                   {options.backend, options.threads, options.quiet}, terminal, stop);
 }
 
 }  // namespace somas::run

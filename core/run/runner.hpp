@@ -1,4 +1,4 @@
-// The loop of an experiment: genomes -> evaluation -> champion -> run directory -> next genomes.
+// Runs an experiment into a directory, and goes on with a run that was stopped.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include "core/evaluation/backend.hpp"
 #include "core/evaluation/stop.hpp"
 #include "core/experiment/experiment.hpp"
+#include "core/run/coordinator.hpp"
 #include "core/run/terminal.hpp"
 
 namespace somas::run {
@@ -25,17 +26,25 @@ struct RunOptions {
   std::vector<std::string> command_line{};           ///< for the manifest
 };
 
-struct RunReport {
-  std::filesystem::path directory;
-  std::uint64_t generations = 0;  ///< finished, all on disk
-  double best = 0;                ///< fitness over all of them
-  std::uint64_t best_generation = 0;
-  bool stopped = false;  ///< by the token, before the last generation
-};
-
 /// Runs an experiment into a directory of its own. Throws UsageError, PluginError (the offending
 /// genome is saved), WriteError; generations that were finished stay on disk in every case.
 [[nodiscard]] RunReport run(const experiment::Experiment& experiment, const RunOptions& options,
                             Terminal& terminal, evaluation::StopToken stop);
+
+struct ResumeOptions {
+  std::filesystem::path run{};                       ///< the run directory
+  std::optional<std::uint64_t> generations{};        ///< in all; extends the run
+  bool accept_changes = false;                       ///< of plugins, experiment, host
+  std::vector<std::filesystem::path> plugin_path{};  ///< instead of the run's own
+  evaluation::Backend* backend = nullptr;            ///< null: `threads` of this process
+  unsigned threads = 0;                              ///< 0: one per processor
+  bool quiet = false;                                ///< no progress
+};
+
+/// Goes on with a run, wherever it ended; a run that is complete is left as it is. Throws as run()
+/// does, and UsageError for a directory without a run, one that is in use, a damaged store, and for
+/// plugins, an experiment or a host that have changed, unless that is accepted.
+[[nodiscard]] RunReport resume(const ResumeOptions& options, Terminal& terminal,
+                               evaluation::StopToken stop);
 
 }  // namespace somas::run

@@ -14,14 +14,6 @@ extern "C" void remember_signal(int number) {
   stop_requested = true;
 }
 
-void install(int number, void (*handler)(int), int flags, struct sigaction& old) {
-  struct sigaction action {};
-  action.sa_handler = handler;
-  action.sa_flags = flags;
-  sigemptyset(&action.sa_mask);
-  ::sigaction(number, &action, &old);
-}
-
 }  // namespace
 
 SignalGuard::SignalGuard() {
@@ -29,20 +21,26 @@ SignalGuard::SignalGuard() {
   signal_received = 0;
   // After the first one the default action is back, so that a second one kills.
   const int flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
-  install(SIGINT, remember_signal, flags, interrupt_);
-  install(SIGTERM, remember_signal, flags, terminate_);
-  install(SIGHUP, remember_signal, flags, hang_up_);
-  if (hang_up_.sa_handler == SIG_IGN) ::sigaction(SIGHUP, &hang_up_, nullptr);
-  install(SIGPIPE, SIG_IGN, 0, pipe_);
-  install(SIGXFSZ, SIG_IGN, 0, size_);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2, SIGXCPU})
+    install(number, remember_signal, flags);
+  for (const int number : {SIGPIPE, SIGXFSZ}) install(number, SIG_IGN, 0);
 }
 
 SignalGuard::~SignalGuard() {
-  ::sigaction(SIGINT, &interrupt_, nullptr);
-  ::sigaction(SIGTERM, &terminate_, nullptr);
-  ::sigaction(SIGHUP, &hang_up_, nullptr);
-  ::sigaction(SIGPIPE, &pipe_, nullptr);
-  ::sigaction(SIGXFSZ, &size_, nullptr);
+  for (const Installed& one : installed_) ::sigaction(one.number, &one.before, nullptr);
+}
+
+void SignalGuard::install(int number, void (*handler)(int), int flags) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  sigemptyset(&action.sa_mask);
+  Installed one{number, {}};
+  ::sigaction(number, &action, &one.before);
+  // What nohup has set aside stays so.
+  if (number == SIGHUP && one.before.sa_handler == SIG_IGN)
+    ::sigaction(number, &one.before, nullptr);
+  installed_.push_back(one);
 }
 
 evaluation::StopToken SignalGuard::token() const { return evaluation::StopToken(stop_requested); }

@@ -2,14 +2,16 @@
 #pragma once
 
 #include <csignal>
+#include <vector>
 
 #include "core/evaluation/stop.hpp"
 
 namespace somas::run {
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP asks the run to stop, and a second one
-/// kills at once; a SIGHUP that nohup has set aside stays so; a closed pipe or an exceeded file
-/// size limit is reported by the call that met it, not by a signal. At most one at a time.
+/// While it lives, the first SIGINT, SIGTERM, SIGHUP, or one of those that schedulers send before a
+/// time limit (SIGUSR1, SIGUSR2, SIGXCPU), asks the run to stop, and the same once more kills at
+/// once; a SIGHUP that nohup has set aside stays so; a closed pipe or an exceeded file size limit
+/// is reported by the call that met it, not by a signal. At most one at a time.
 class SignalGuard {
  public:
   SignalGuard();
@@ -18,12 +20,17 @@ class SignalGuard {
   SignalGuard& operator=(const SignalGuard&) = delete;
 
   [[nodiscard]] evaluation::StopToken token() const;
-  /// SIGINT, SIGTERM, SIGHUP, or 0 if none came.
+  /// The signal that asked, or 0 if none came.
   [[nodiscard]] static int received();
 
  private:
-  struct sigaction interrupt_ {
-  }, terminate_{}, hang_up_{}, pipe_{}, size_{};
+  struct Installed {
+    int number = 0;
+    struct sigaction before {};
+  };
+  void install(int number, void (*handler)(int), int flags);
+
+  std::vector<Installed> installed_;
 };
 
 }  // namespace somas::run

@@ -276,7 +276,7 @@ TEST_F(Host, HelpListsTheExitCodes) {
 // ---- a full disk -------------------------------------------------------------------------------
 
 TEST_F(Host, AFullDiskNamesTheFileAndKeepsFinishedGenerations) {
-  EXPECT_EQ(host({"toy.yaml", "--generations", "1000", "--out", "a"}, 16000), 5);
+  EXPECT_EQ(host({"toy.yaml", "--generations", "1000", "--out", "a"}, 300'000), 5);
   EXPECT_THAT(err_, HasSubstr("cannot write a/"));
   const std::size_t generations = generations_in("a");
   EXPECT_GT(generations, 0u);

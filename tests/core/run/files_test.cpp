@@ -125,10 +125,11 @@ TEST_F(Files, AppendGrowsByPieces) {
   EXPECT_EQ(read_file(file()), "head\none\ntwo\n");
 }
 
-TEST_F(Files, AppendNeverTakesOverAFile) {
-  write_file(file(), "mine");
-  EXPECT_THROW(AppendFile(file(), "head\n"), WriteError);
-  EXPECT_EQ(read_file(file()), "mine");
+TEST_F(Files, AnAppendFileBeginsAnew) {
+  write_file(file(), "of a run that was killed");
+  AppendFile log(file(), "head\n");
+  log.append("line\n");
+  EXPECT_EQ(read_file(file()), "head\nline\n");
 }
 
 TEST_F(Files, APieceThatDoesNotFitIsTakenBackWhole) {

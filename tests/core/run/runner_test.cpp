@@ -62,7 +62,8 @@ TEST_F(Runner, LeavesAWholeRunDirectory) {
   EXPECT_FALSE(report.stopped);
   EXPECT_THAT(Scratch::names_in(scratch_.path() / "a"),
               ElementsAre("champions", "experiment.yaml", "generations.csv", "individuals.csv",
-                          "manifest.json", "resolved.yaml", "summary.json", "timing.csv"));
+                          "manifest.json", "phylogeny.csv", "resolved.yaml", "run.sqlite",
+                          "summary.json", "timing.csv"));
   EXPECT_THAT(Scratch::names_in(scratch_.path() / "a/champions"),
               ElementsAre("gen-0000.json", "gen-0001.json", "gen-0002.json", "gen-0003.json"));
   EXPECT_EQ(text_of("a/experiment.yaml"), "somas: original\n");
@@ -126,13 +127,32 @@ TEST_F(Runner, NeverTouchesAnEarlierRun) {
 
 TEST_F(Runner, TheSlowerOfTwoThatStartAtOnceIsRefused) {
   const fs::path out = make_run_directory(scratch_.path() / "a", "toy", 1);
-  const RunDirectory first(out, experiment_, Json::object(), {});
-  try {
-    const RunDirectory second(out, experiment_, Json::object(), {});
-    FAIL() << "no exception";
-  } catch (const UsageError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("is not empty: an earlier run is never overwritten"));
+  const auto refusal = [&]() -> std::string {
+    try {
+      const RunDirectory second(out, experiment_, Json::object(), {});
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  {
+    const RunDirectory first(out, experiment_, Json::object(), {});
+    EXPECT_THAT(refusal(), HasSubstr("is in use by process " + std::to_string(::getpid())));
   }
+  EXPECT_THAT(refusal(), HasSubstr("is not empty: an earlier run is never overwritten"));
+}
+
+TEST_F(Runner, ADirectoryWhoseRunWasKilledBeforeItBeganIsTaken) {
+  const fs::path out = scratch_.path() / "a";
+  fs::create_directories(out / "champions");
+  write_file(out / "experiment.yaml", "half a beginning");
+  write_file(out / "run.sqlite", "torn");
+  // Without the lock, which comes first, these are somebody's files.
+  EXPECT_THROW(run_into("a"), UsageError);
+  EXPECT_EQ(text_of("a/experiment.yaml"), "half a beginning");
+  write_file(out / "run.lock", "");
+  EXPECT_EQ(run_into("a").generations, 4u);
+  EXPECT_EQ(text_of("a/experiment.yaml"), "somas: original\n");
 }
 
 TEST_F(Runner, AnEmptyDirectoryIsTaken) {
@@ -224,9 +244,9 @@ TEST_F(Runner, APluginThatFailsIsNamedWithItsGenome) {
 
 TEST_F(Runner, AFullDiskKeepsAllFinishedGenerationsAndNoHalfOne) {
   experiment_.evolution.generations = 50;
-  // Champions grow with survival; the lineage grows by 20 lines a generation: it is what overflows.
+  // The store and its log grow most.
   try {
-    const FullDisk full(12000);
+    const FullDisk full(300'000);
     run_into("a");
     FAIL() << "no exception";
   } catch (const WriteError& error) {
