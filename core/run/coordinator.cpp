@@ -120,8 +120,9 @@ void Coordinator::refuse_if_all_failed(std::uint64_t number,
 
 /// Keeps the genomes that brought a plugin down, so that its author can try again.
 void Coordinator::fail(std::uint64_t number, std::size_t task, const evaluation::Failure& failure) {
+  const std::string step = failure.step ? " at step " + std::to_string(*failure.step) : "";
   const std::string what =
-      failure.plugin.empty() ? failure.cause : failure.plugin + ": " + failure.cause;
+      failure.plugin.empty() ? failure.cause : failure.plugin + step + ": " + failure.cause;
   const std::filesystem::path file = directory_.path() / "failed-genome.json";
   const evolution::Match& match = contest_->matches()[task];
   Json json;

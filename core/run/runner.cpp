@@ -3,6 +3,7 @@
 #include <future>
 #include <utility>
 
+#include "core/evaluation/crash_report.hpp"
 #include "core/evolution/matching.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/run/progress.hpp"
@@ -80,7 +81,12 @@ RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& dire
       {experiment, *evaluator, backend.workers(), directory, progress ? &*progress : nullptr, stop},
       std::move(given));
   // In a thread of its own, which is named after what it does (see enter_phase).
-  return std::async(std::launch::async, [&] { return coordinator.all_generations(); }).get();
+  return std::async(std::launch::async,
+                    [&] {
+                      const evaluation::WatchedThread watched;  // a crash names the plugin
+                      return coordinator.all_generations();
+                    })
+      .get();
 }
 
 /// Copies of the genomes that seeded the run, from its directory.

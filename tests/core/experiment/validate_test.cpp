@@ -34,10 +34,10 @@ TEST_F(Messages, UnknownKey) {
             "e.yaml:3:5: environments.toy_parameters.nummer: unknown key; allowed: number, maybe, "
             "integer, flag, text, word, numbers, table, inner, list, fault, plugin; did you mean "
             "'number'?");
-  EXPECT_EQ(
-      complaint("wurld: {}\n" + blocks),
-      "e.yaml:1:1: wurld: unknown key; allowed: somas, name, seed, world, evolution, extends, "
-      "plugins, environments, specialization, controller, fitness; did you mean 'world'?");
+  EXPECT_EQ(complaint("wurld: {}\n" + blocks),
+            "e.yaml:1:1: wurld: unknown key; allowed: somas, name, seed, world, evolution, record, "
+            "extends, "
+            "plugins, environments, specialization, controller, fitness; did you mean 'world'?");
   EXPECT_EQ(about_world("morphogens: {kinds: [{}, {evaporate: 1}]}"),
             "e.yaml:2:29: world.morphogens.kinds[1].evaporate: unknown key; allowed: attenuation, "
             "evaporation; did you mean 'evaporation'?");

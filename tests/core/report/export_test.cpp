@@ -110,9 +110,9 @@ TEST_F(Export, CsvHoldsWhatHappened) {
   EXPECT_GT(deaths, 3u);
   double amount = 0, written = 0;
   for (const recording::Summary& summary : recording_.summaries)
-    for (const recording::Flux& flux : summary.flux) amount += flux.amount;
-  for (const std::string& text : table("flux.csv").at("amount"))
-    written += std::strtod(text.c_str(), nullptr);
+    for (const recording::Flux& one : summary.flux) amount += one.amount;
+  const auto flux = table("flux.csv");
+  for (const std::string& text : flux.at("amount")) written += std::strtod(text.c_str(), nullptr);
   EXPECT_DOUBLE_EQ(written, amount);
   EXPECT_EQ(table("summary.csv").at("cells.1.root").size(), 41u);
   // Frames with fields are those of steps 0, 20 and 40.
