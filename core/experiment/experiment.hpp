@@ -50,8 +50,8 @@ struct Experiment {
   std::shared_ptr<const model::Ecosystem> ecosystem;
   PluginUse specialization, controller;  ///< who can read genomes
 
-  std::string original_yaml;  ///< the experiment file, byte for byte
-  std::string resolved_yaml;  ///< every key with its value, loadable again, extends folded in
+  std::string original_yaml;    ///< the experiment file, byte for byte
+  std::string resolved_yaml;    ///< every key with its value, loadable again, extends folded in
   std::string simulation_yaml;  ///< of these, what decides a simulation: world and plugins' blocks
 
   /// A library in use, for the manifest.
