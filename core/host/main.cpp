@@ -52,6 +52,8 @@ int guarded_main(const std::vector<std::string>& arguments, run::Terminal& termi
     return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const run::WriteError& error) {
     return complain(terminal, error.what(), exit_cannot_write);
+  } catch (const evaluation::ExperimentFails& error) {
+    return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const evaluation::EvaluatorsLost& error) {
     return complain(terminal, error.what(), exit_evaluators_lost);
   } catch (const std::bad_alloc&) {
