@@ -16,8 +16,8 @@ constexpr std::array<Colour, 7> cause_colours = {rgb(0x999999), rgb(0xCC79A7), r
                                                  rgb(0xD55E00), rgb(0x56B4E9), rgb(0x009E73),
                                                  rgb(0xF0E442)};
 
-constexpr std::array<Colour, 5> organism_colours = {rgb(0x1A1A1A), rgb(0xC0268B), rgb(0x7A7A7A),
-                                                    rgb(0x7A3B00), rgb(0x004D40)};
+constexpr std::array<Colour, 5> organism_colours = {rgb(0x00504A), rgb(0xC0268B), rgb(0x7A7A7A),
+                                                    rgb(0x7A3B00), rgb(0x4B3FA0)};
 
 /// White, a hue in the middle, a dark shade of it.
 struct Hue {

@@ -10,8 +10,8 @@ const causeColours = {
 };
 /** Of organisms that share a world, as in the host's pictures on light ground. */
 const organismColours = {
-  light: ['#1a1a1a', '#c0268b', '#7a7a7a', '#7a3b00', '#004d40'],
-  dark: ['#f0f0f0', '#ff6ec7', '#9a9a9a', '#d39a5b', '#4db6ac'],
+  light: ['#00504a', '#c0268b', '#7a7a7a', '#7a3b00', '#4b3fa0'],
+  dark: ['#4db6ac', '#ff6ec7', '#9a9a9a', '#d39a5b', '#a79cf0'],
 };
 /** Tints of fields; a grid with a resource is first. */
 const fieldTints = {
