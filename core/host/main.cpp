@@ -18,6 +18,7 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/host/logging.hpp"
+#include "core/recording/file.hpp"
 #include "core/run/errors.hpp"
 
 namespace somas::host {
@@ -45,6 +46,8 @@ int guarded_main(const std::vector<std::string>& arguments, run::Terminal& termi
   } catch (const experiment::InputError& error) {
     return complain(terminal, error.what(), exit_bad_input);
   } catch (const run::UsageError& error) {
+    return complain(terminal, error.what(), exit_bad_input);
+  } catch (const recording::FileError& error) {
     return complain(terminal, error.what(), exit_bad_input);
   } catch (const run::PluginError& error) {
     return complain(terminal, error.what(), exit_plugin_failed);
