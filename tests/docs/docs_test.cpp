@@ -231,11 +231,11 @@ TEST(Names, OfSectionsKeepTheirNumbers) {
 // ---- the plugin of the SDK's first page --------------------------------------------------------
 
 TEST(Example, OfTheGuideIsThatOfTheHeader) {
-  // The header has it as a comment, indented by "//   ".
+  // The header has it as a comment, indented by "///   ".
   std::istringstream header(read(root / "sdk/include/somas/sdk/plugin.hpp"));
   std::string example;
-  for (std::string line; std::getline(header, line) && line.starts_with("//");)
-    if (line.starts_with("//   ")) example += line.substr(5) + "\n";
+  for (std::string line; std::getline(header, line) && line.starts_with("///");)
+    if (line.starts_with("///   ")) example += line.substr(6) + "\n";
   const std::string guide = read(root / "docs/plugins.md");
   const std::string mark = "<!-- file: breeze/breeze.cpp -->\n```cpp\n";
   const std::size_t begin = guide.find(mark);

@@ -1,4 +1,5 @@
-// The conformance check of controllers.
+/// @file
+/// The conformance check of controllers.
 #pragma once
 
 #include <algorithm>
@@ -24,10 +25,10 @@ namespace somas::testing {
 /// How check_controller looks at a controller.
 struct ControllerOptions {
   std::vector<Layout> layouts{};  ///< none: those of usual_ports()
-  HeritableOptions heritable{};
-  std::uint32_t lanes = 37;  ///< cells of one state; not a multiple of a vector's width
-  std::uint32_t steps = 6;
-  std::uint64_t programs = 6;  ///< genomes that are expressed, for each layout
+  HeritableOptions heritable{};   ///< how its genes are looked at
+  std::uint32_t lanes = 37;       ///< cells of one state; not a multiple of a vector's width
+  std::uint32_t steps = 6;        ///< that each program is run
+  std::uint64_t programs = 6;     ///< genomes that are expressed, for each layout
 };
 
 /// A new instance of the class that is checked, with its parameters.

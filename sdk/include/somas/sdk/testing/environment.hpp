@@ -1,4 +1,5 @@
-// The conformance check of environments.
+/// @file
+/// The conformance check of environments.
 #pragma once
 
 #include <algorithm>
@@ -21,17 +22,20 @@ namespace somas::testing {
 
 /// How check_environment looks at an environment.
 struct EnvironmentOptions {
+  /// What the environment is told of the experiment.
   WorldInfo info{.radius = 60, .max_steps = 3000, .substeps = 3, .time_step = 1.0 / 30};
   std::uint64_t steps = 40;     ///< of every simulation; long enough for all that may happen
   std::string instance = "it";  ///< its name in the experiment
   Script script{};              ///< what the cells do meanwhile
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;       ///< of all worlds
 
   /// Variable parameters of other instances, for an environment that takes them in charge.
   struct OfOthers {
-    std::string instance, name;
-    VariableSpec spec;
+    std::string instance;  ///< who declares it
+    std::string name;      ///< its key in the experiment
+    VariableSpec spec;     ///< its value and range
   };
+  /// Declared before the environment connects.
   std::vector<OfOthers> variables{};
 
   /// What the environment conserves, or changes by a known amount. In every step the sum of the
@@ -39,8 +43,9 @@ struct EnvironmentOptions {
   /// (none: 0), up to `tolerance` of the total, or of 1 for smaller totals. What cells take up
   /// between the acts does not count. Use TestWorld::grid(instance, name) and the like.
   std::function<double(TestWorld& world)> total{};
+  /// See `total`.
   std::function<double(TestWorld& world)> change{};
-  double tolerance = 1e-9;
+  double tolerance = 1e-9;  ///< of `total`, relative
 };
 
 /// A new instance of the class that is checked, with its parameters.
@@ -49,6 +54,7 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 /// An environment that has declared and connected, and any number of worlds for it.
 class EnvironmentStage {
  public:
+  /// Takes the environment and lets it declare and connect; what it throws passes through.
   EnvironmentStage(std::unique_ptr<Environment> environment, const EnvironmentOptions& options)
       : options_(options), environment_(std::move(environment)) {
     declare_others();
@@ -58,12 +64,15 @@ class EnvironmentStage {
     environment_->connect(connections);
   }
 
+  /// The environment; lives as long as this.
   [[nodiscard]] const Environment& environment() const { return *environment_; }
+  /// What it declared, and what others did.
   [[nodiscard]] const Declared& declared() const { return declared_; }
   /// A world that has not begun. It refers to the environment, so this must outlive it.
   [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed) const {
     return world(seed, options_.script);
   }
+  /// The same with a script of its own.
   [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed, const Script& script) const {
     return std::make_unique<TestWorld>(
         options_.info, declared_, seed, script,

@@ -1,4 +1,5 @@
-// What the checks share: the list of failures, threads that hand on exceptions, plain bytes.
+/// @file
+/// What the checks share: the list of failures, threads that hand on exceptions, plain bytes.
 #pragma once
 
 #include <charconv>
@@ -14,11 +15,13 @@
 #include <type_traits>
 #include <vector>
 
+/// The conformance kit; see testing.hpp.
 namespace somas::testing {
 
 /// One readable sentence a broken promise; empty: the plugin keeps the contract.
 using Failures = std::vector<std::string>;
 
+/// A saved world.
 using Bytes = std::vector<std::uint8_t>;
 
 namespace detail {

@@ -1,4 +1,5 @@
-// The conformance check of fitness definitions.
+/// @file
+/// The conformance check of fitness definitions.
 #pragma once
 
 #include <cmath>
@@ -20,11 +21,12 @@ namespace somas::testing {
 
 /// How check_fitness looks at a fitness.
 struct FitnessOptions {
+  /// What the fitness is told of the experiment.
   WorldInfo info{.radius = 60, .max_steps = 3000, .substeps = 3, .time_step = 1.0 / 30};
-  std::uint64_t steps = 40;  ///< that are observed
-  Script script{};           ///< what the cells do meanwhile
-  std::uint64_t outcomes = 200;
-  std::uint64_t seed = 1;
+  std::uint64_t steps = 40;      ///< that are observed
+  Script script{};               ///< what the cells do meanwhile
+  std::uint64_t outcomes = 200;  ///< that are scored
+  std::uint64_t seed = 1;        ///< of the world and the outcomes
 };
 
 /// A new instance of the class that is checked, with its parameters.

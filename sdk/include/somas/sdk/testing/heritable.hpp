@@ -1,4 +1,5 @@
-// The conformance check of what evolves: the laws of heritable.hpp.
+/// @file
+/// The conformance check of what evolves: the laws of heritable.hpp.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +24,7 @@ namespace somas::testing {
 struct HeritableOptions {
   std::uint64_t genomes = 12;    ///< drawn for each layout
   std::uint64_t mutations = 40;  ///< events that the last of them has been through; the first: none
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;        ///< of all chance
   /// Genes that are conformed to a layout that holds all ports of theirs, and back, are the same.
   bool conforms_back = true;
 };

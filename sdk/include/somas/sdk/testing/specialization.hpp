@@ -1,4 +1,5 @@
-// The conformance check of specialization trees.
+/// @file
+/// The conformance check of specialization trees.
 #pragma once
 
 #include <array>
@@ -30,21 +31,27 @@ using MakeSpecialization = std::function<std::unique_ptr<Specialization>()>;
 
 /// A state that a tree emitted, with its own copies.
 struct GrownState {
-  std::string name;
-  std::uint64_t key = 0;  ///< derived from the name when the tree gives 0
-  std::uint16_t parent = no_state;
-  double mass = 0, radius = 0, stiffness = 0, adhesion = 0, adhesion_range = 0;
-  std::vector<double> skills{};
-  double motility = 0;
-  std::uint32_t motility_signal = 0;
+  std::string name;                     ///< StateSpec::name
+  std::uint64_t key = 0;                ///< derived from the name when the tree gives 0
+  std::uint16_t parent = no_state;      ///< StateSpec::parent
+  double mass = 0;                      ///< StateSpec::mass
+  double radius = 0;                    ///< StateSpec::radius
+  double stiffness = 0;                 ///< StateSpec::stiffness
+  double adhesion = 0;                  ///< StateSpec::adhesion
+  double adhesion_range = 0;            ///< StateSpec::adhesion_range
+  std::vector<double> skills{};         ///< StateSpec::skills
+  double motility = 0;                  ///< StateSpec::motility
+  std::uint32_t motility_signal = 0;    ///< StateSpec::motility_signal
   std::vector<double> adhesion_with{};  ///< -1: the mean of both
-  std::array<double, 4> thresholds{};
+  std::array<double, 4> thresholds{};   ///< of quiescence, division, specialization, apoptosis
+  /// Whether all members are equal.
   bool operator==(const GrownState&) const = default;
 };
 
 /// Takes what the host takes; throws std::runtime_error, naming the state, for what it refuses.
 class TestTreeSink final : public TreeSink {
  public:
+  /// For a world with these skills.
   explicit TestTreeSink(std::span<const SkillInfo> skills) : skills_(skills) {}
 
   void add(const StateSpec& spec) override {
@@ -91,7 +98,7 @@ class TestTreeSink final : public TreeSink {
   /// As many as the reference world's.
   [[nodiscard]] std::uint32_t morphogens() const override { return 3; }
 
-  std::vector<GrownState> states;
+  std::vector<GrownState> states;  ///< that were added, in order
 
  private:
   static std::array<double, 4> thresholds_of(const StateSpec& spec) {
