@@ -154,7 +154,10 @@ void Loader::find_plugins() {
   }
   for (plugins::SearchDirectory& place : search_path(options_.plugin_directories))
     path.push_back(std::move(place));
-  registry_.emplace(std::move(path));
+  if (options_.linked_in != nullptr)
+    registry_.emplace(plugins::Registry::of(options_.linked_in));
+  else
+    registry_.emplace(std::move(path));
 }
 
 void Loader::check_blocks() {

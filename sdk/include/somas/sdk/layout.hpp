@@ -23,7 +23,7 @@ struct StateInfo {
 
 /// One input or output.
 struct Port {
-  std::string_view name;  ///< "energy", "uptake.nutrients", "specialize.defensive"
+  std::string_view name;  ///< "defensive/energy" (an input), "uptake.nutrients"
   std::uint64_t key;      ///< stable and unique among the ports of a layout, whatever the order
   std::uint32_t channel;  ///< row of Batch::in (inputs) or Batch::out (outputs)
   std::uint16_t state;    ///< inputs: the state that owns it; specialization outputs: the target

@@ -57,8 +57,8 @@ class TreeSink : public Extensible {
 };
 
 /// A plugin class has `about`, `Parameters` and a constructor from them. Life: constructor ->
-/// declare, once -> grow: once for a fixed tree, for every genome and from several threads at once
-/// where trees evolve.
+/// declare, once -> grow: a fixed tree while loading, and again for the record of a life; one that
+/// evolves for every genome, from several threads at once.
 class Specialization : public Extensible {
  public:
   /// Once, before anything else: what skills there are. The views are valid during the call.
