@@ -92,6 +92,9 @@ export class App {
       this.charts.resize();
       this.changed();
     }).observe(byId('app'));
+    // Words that grow by a line leave the stages less room.
+    const stages = new ResizeObserver(() => { this.changed(); });
+    for (const { canvas } of this.views) stages.observe(canvas);
     byId('app').setAttribute('aria-busy', 'false');
     this.changed();
   }
@@ -389,11 +392,15 @@ export class App {
   private draw(): void {
     this.stale = false;
     this.views.forEach((view, v) => {
-      this.drawView(view, v);
+      this.writeCaption(view, v);
     });
     this.drawTransport();
     this.charts.show(this.player.step);
     this.drawInspector();
+    // The stages get the room that is left.
+    this.views.forEach((view, v) => {
+      this.drawView(view, v);
+    });
     this.keepLink();
   }
 
@@ -425,6 +432,9 @@ export class App {
     const scene = this.sceneOf(view, index);
     if (this.side.follow) this.followOrganism(scene.frame, index);
     view.stage.draw(c, width, height, scene);
+  }
+
+  private writeCaption(view: View, index: number): void {
     const text = this.captionOf(view);
     const lines = [h('span', { class: 'counts' }, text)];
     if (this.views.length > 1) {
@@ -432,7 +442,7 @@ export class App {
       lines.unshift(h('strong', {}, name), h('span', { class: 'muted' }, this.subtitleOf(view.recording)));
     }
     view.caption.replaceChildren(...lines);
-    canvas.setAttribute('aria-label', `${view.recording.header.title}. ${text}`);
+    view.canvas.setAttribute('aria-label', `${view.recording.header.title}. ${text}`);
   }
 
   private captionOf({ recording }: View): string {
