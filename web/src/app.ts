@@ -92,8 +92,8 @@ export class App {
       this.charts.resize();
       this.changed();
     }).observe(byId('app'));
-    // Words that grow by a line leave the stages less room.
-    const stages = new ResizeObserver(() => { this.changed(); });
+    // Words that grow by a line leave the stages less room: drawn anew at once, before it is seen.
+    const stages = new ResizeObserver(() => { this.drawStages(); });
     for (const { canvas } of this.views) stages.observe(canvas);
     byId('app').setAttribute('aria-busy', 'false');
     this.changed();
@@ -398,10 +398,14 @@ export class App {
     this.charts.show(this.player.step);
     this.drawInspector();
     // The stages get the room that is left.
+    this.drawStages();
+    this.keepLink();
+  }
+
+  private drawStages(): void {
     this.views.forEach((view, v) => {
       this.drawView(view, v);
     });
-    this.keepLink();
   }
 
   private sceneOf(view: View, index: number) {
