@@ -50,6 +50,8 @@ class Pool::Dispatcher {
                                                             std::span<const Task> tasks,
                                                             StopToken stop,
                                                             const ResultCallback& finished);
+  [[nodiscard]] std::optional<Reference> reference(std::uint32_t experiment) const;
+  void expect(std::uint32_t experiment, const Reference& reference);
   [[nodiscard]] std::size_t workers() const { return workers_.size(); }
 
  private:
@@ -106,8 +108,8 @@ class Pool::Dispatcher {
   void fault(const Item& item, Failure failure);
   void loss(const Item& item, std::uint32_t weight, const std::string& cause,
             const std::string& where);
-  void fail(Job& job, const std::string& why);
-  void fail_all(const std::string& why, std::optional<std::uint32_t> experiment = {});
+  static void fail(Job& job, const std::exception_ptr& error);
+  void fail_all(const std::exception_ptr& error, std::optional<std::uint32_t> experiment = {});
 
   std::function<void(const std::string&)> warn_;
   mutable std::mutex mutex_;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/evaluation/backend.hpp"
+#include "core/evaluation/canary.hpp"
 #include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/simulate.hpp"
 
@@ -147,6 +148,23 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
   if (batch.error) rethrow(batch.error);
   if (batch.stopped) return std::nullopt;
   return std::move(batch.results);
+}
+
+std::optional<Reference> ThreadEvaluator::reference() {
+  for (std::uint32_t canary = 0; !reference_ && canary < most_canaries; ++canary) try {
+      reference_ = Reference{canary, canary_hash(ecosystem_, canary)};
+    } catch (const model::PluginFailure&) {
+      // Another organism may do.
+    }
+  return reference_;
+}
+
+void ThreadEvaluator::expect(const Reference& reference) {
+  const std::string hash = canary_hash(ecosystem_, reference.canary);
+  if (hash != reference.hash)
+    throw EvaluatorsLost("the reference simulation gives " + hash + " on this machine instead of " +
+                         reference.hash + "; the run can be resumed where it gives that");
+  reference_ = reference;
 }
 
 namespace {

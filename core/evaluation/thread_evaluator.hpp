@@ -18,10 +18,14 @@ class ThreadEvaluator final : public Evaluator {
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
 
+  [[nodiscard]] std::optional<Reference> reference() override;
+  void expect(const Reference& reference) override;
+
   [[nodiscard]] unsigned threads() const { return threads_; }
 
  private:
   const model::Ecosystem& ecosystem_;
+  std::optional<Reference> reference_{};
   unsigned threads_;
 };
 

@@ -282,23 +282,28 @@ void add_picture(CLI::App& app, PictureCommand& picture) {
       ->needs(file);
 }
 
-void add_page(CLI::App& app, PageCommand& page) {
+void add_recordings(CLI::App& app, ReplayCommand& replay) {
+  PageCommand& page = replay.page;
+  app.add_option("--record", replay.record, "Write the life as a recording (HDF5)")
+      ->type_name("FILE");
   CLI::Option* file = app.add_option("--html", page.file,
                                      "Write the life as a page to play, scrub and inspect in a "
                                      "browser: one file, no network")
                           ->type_name("FILE");
-  app.add_option("--every", page.every, "Of the page: a frame every N steps; default 1")
+  app.add_option("--every", replay.every,
+                 "Of page and recording: a frame every N steps; default 1, of the recording as the "
+                 "run's record.every")
       ->type_name("N")
-      ->check(whole_number(1, INT64_MAX))
-      ->needs(file);
-  app.add_option("--fields-every", page.fields_every,
-                 "Of the page: grids and morphogens at frames of every N-th step; default 1")
+      ->check(whole_number(1, INT64_MAX));
+  app.add_option(
+         "--fields-every", replay.fields_every,
+         "Of page and recording: grids and morphogens at frames of every N-th step; default "
+         "1, of the recording as the run's record.fields_every")
       ->type_name("N")
-      ->check(whole_number(1, INT64_MAX))
-      ->needs(file);
+      ->check(whole_number(1, INT64_MAX));
   app.add_option("--compare", page.compare,
-                 "Of the page: a second life beside it, the champion of another run or generation; "
-                 "default RUN")
+                 "Of the page: a second life beside it, the champion of another run or generation "
+                 "(default RUN), or a recording")
       ->type_name("RUN[:GENERATION]")
       ->needs(file);
   app.add_option("--compare-set", page.compare_overrides,
@@ -315,7 +320,9 @@ void add_replay(CLI::App& parser, Options& options) {
       "replay",
       "Simulate a champion again: it must reproduce its record, step by step. With --set: what "
       "would have happened if, unchecked");
-  app.add_option("RUN", replay.run, "A run directory")->type_name("")->required();
+  app.add_option("RUN", replay.run, "A run directory; for --html also a recording")
+      ->type_name("")
+      ->required();
   app.add_option("--generation", replay.generation, "Whose champion; default: the last")
       ->type_name("N")
       ->check(whole_number(0, UINT64_MAX));
@@ -333,7 +340,7 @@ void add_replay(CLI::App& parser, Options& options) {
       ->type_name("FILE");
   add_moments(app, options);
   add_picture(app, replay.picture);
-  add_page(app, replay.page);
+  add_recordings(app, replay);
   add_plugin_path(app, replay.plugin_path);
 }
 
@@ -401,8 +408,8 @@ void add_render(CLI::App& parser, RenderCommand& render) {
   CLI::App& app = *parser.add_subcommand(
       "render", "Draw a figure for a paper: of a champion's life, lived again, or of a run");
   app.add_option("RUN", render.runs,
-                 "A run directory; several, or a directory of runs, as replicates of --what "
-                 "evolution")
+                 "A run directory; several, or a directory of runs or a campaign, for --what "
+                 "evolution; or a recording")
       ->type_name("")
       ->required();
   app.add_option("--what", render.what,
@@ -437,7 +444,7 @@ void add_render(CLI::App& parser, RenderCommand& render) {
 void add_movie(CLI::App& parser, MovieCommand& movie) {
   CLI::App& app = *parser.add_subcommand(
       "movie", "Film a champion's life, lived again, through ffmpeg (on the PATH)");
-  app.add_option("RUN", movie.run, "A run directory")->type_name("")->required();
+  app.add_option("RUN", movie.run, "A run directory, or a recording")->type_name("")->required();
   app.add_option("--out", movie.out,
                  "The file, .mp4 or .webm; default RUN/figures/movie-gen-NNNN.mp4. It is replaced")
       ->type_name("FILE");

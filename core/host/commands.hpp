@@ -86,15 +86,13 @@ struct PictureCommand {
 /// replay --html FILE
 struct PageCommand {
   std::optional<std::filesystem::path> file;
-  std::uint64_t every = 1;
-  std::uint64_t fields_every = 1;
-  std::optional<std::string> compare;          ///< RUN[:GENERATION]
+  std::optional<std::string> compare;          ///< RUN[:GENERATION], or a recording
   std::vector<std::string> compare_overrides;  ///< --compare-set
 };
 
 /// somas-host replay RUN
 struct ReplayCommand {
-  std::filesystem::path run;
+  std::filesystem::path run;  ///< or a recording
   std::optional<std::uint64_t> generation;
   std::uint32_t population = 1;
   std::vector<std::string> overrides;
@@ -109,7 +107,9 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> save_state;  ///< default: in RUN/states
   std::optional<std::uint64_t> at_step;
   PictureCommand picture;
+  std::optional<std::filesystem::path> record;
   PageCommand page;
+  std::optional<std::uint64_t> every, fields_every;  ///< of page and recording
 };
 
 /// somas-host compete FILE

@@ -18,6 +18,7 @@
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/host/logging.hpp"
+#include "core/recording/file.hpp"
 #include "core/run/errors.hpp"
 
 namespace somas::host {
@@ -46,12 +47,16 @@ int guarded_main(const std::vector<std::string>& arguments, run::Terminal& termi
     return complain(terminal, error.what(), exit_bad_input);
   } catch (const run::UsageError& error) {
     return complain(terminal, error.what(), exit_bad_input);
+  } catch (const recording::FileError& error) {
+    return complain(terminal, error.what(), exit_bad_input);
   } catch (const run::PluginError& error) {
     return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const model::PluginFailure& error) {
     return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const run::WriteError& error) {
     return complain(terminal, error.what(), exit_cannot_write);
+  } catch (const evaluation::ExperimentFails& error) {
+    return complain(terminal, error.what(), exit_plugin_failed);
   } catch (const evaluation::EvaluatorsLost& error) {
     return complain(terminal, error.what(), exit_evaluators_lost);
   } catch (const std::bad_alloc&) {

@@ -7,6 +7,7 @@
 #include "core/plugins/suggest.hpp"
 #include "core/report/encoder.hpp"
 #include "core/report/movie.hpp"
+#include "core/report/recorded_life.hpp"
 #include "core/report/render.hpp"
 #include "core/run/errors.hpp"
 #include "core/run/files.hpp"
@@ -64,6 +65,8 @@ fs::path output_of(const MovieCommand& command) {
       throw run::UsageError("--out: " + command.out->string() + " is no regular file");
     return *command.out;
   }
+  if (report::is_recording(command.run))
+    throw run::UsageError(command.run.string() + " is a recording: --out must name the movie");
   const std::uint64_t generation =
       command.generation ? *command.generation : run::last_generation(command.run);
   const fs::path champion = run::champion_path(command.run, generation, command.population);

@@ -12,10 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 11> files_of_a_run = {
-    "experiment.yaml", "resolved.yaml", "manifest.json", "generations.csv",
-    "individuals.csv", "timing.csv",    "summary.json",  "failed-genome.json",
-    "champions",       "genomes",       "states"};
+constexpr std::array<std::string_view, 14> files_of_a_run = {
+    "experiment.yaml", "resolved.yaml", "manifest.json", "generations.csv",    "individuals.csv",
+    "phylogeny.csv",   "timing.csv",    "summary.json",  "failed-genome.json", "run.sqlite",
+    "champions",       "genomes",       "states",        "recordings"};
 
 }  // namespace
 

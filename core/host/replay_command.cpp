@@ -8,6 +8,7 @@
 #include "core/host/exit_codes.hpp"
 #include "core/host/output_check.hpp"
 #include "core/host/replay_page.hpp"
+#include "core/recording/file.hpp"
 #include "core/report/anatomy.hpp"
 #include "core/report/picture.hpp"
 #include "core/run/errors.hpp"
@@ -53,15 +54,7 @@ void check_moments(const ReplayCommand& command) {
 /// Where --save-state writes; nothing if it is not asked for.
 std::optional<fs::path> state_file_of(const ReplayCommand& command) {
   if (!command.save) return std::nullopt;
-  if (command.save_state) {
-    for (const auto& other : {command.csv, command.anatomy_csv})
-      if (other && run::target_of(*other) == run::target_of(*command.save_state))
-        throw run::UsageError("--save-state and another output name the same file: " +
-                              command.save_state->string());
-    refuse_file_of_run("--save-state", *command.save_state, command.run);
-    run::check_output(*command.save_state);
-    return command.save_state;
-  }
+  if (command.save_state) return command.save_state;
   const std::uint64_t generation =
       command.generation ? *command.generation : run::last_generation(command.run);
   const fs::path file =
@@ -90,23 +83,61 @@ void refuse_same_file(const char* option, const std::optional<fs::path>& file, c
 }
 
 void check_outputs(const ReplayCommand& command) {
-  const auto check = [&](const char* option, const std::optional<fs::path>& file) {
-    if (!file) return;
-    if (file->empty()) throw run::UsageError(std::string(option) + ": the name is empty");
-    refuse_file_of_run(option, *file, command.run);
-    run::check_output(*file);
+  const std::array<std::pair<const char*, const std::optional<fs::path>*>, 6> outputs{
+      {{"--html", &command.page.file},
+       {"--record", &command.record},
+       {"--csv", &command.csv},
+       {"--anatomy-csv", &command.anatomy_csv},
+       {"--picture", &command.picture.file},
+       {"--save-state", &command.save_state}}};
+  for (const auto& [option, file] : outputs)
+    for (const auto& [other, other_file] : outputs)
+      if (file != other_file) refuse_same_file(option, *file, other, *other_file);
+  for (const auto& [option, file] : outputs) {
+    if (!*file) continue;
+    if ((*file)->empty()) throw run::UsageError(std::string(option) + ": the name is empty");
+    refuse_file_of_run(option, **file, command.run);
+    run::check_output(**file);
+  }
+  if ((command.every || command.fields_every) && !command.page.file && !command.record)
+    throw run::UsageError(std::string(command.every ? "--every" : "--fields-every") +
+                          " is of a page or a recording; give --html or --record");
+}
+
+/// A recording does not live again: it can be shown only.
+void check_recording(const ReplayCommand& command) {
+  const auto refuse = [&](const char* option, bool given) {
+    if (given)
+      throw run::UsageError(std::string(option) + " needs a run directory; " +
+                            command.run.string() + " is a recording");
   };
-  refuse_same_file("--csv", command.csv, "--anatomy-csv", command.anatomy_csv);
-  refuse_same_file("--csv", command.csv, "--picture", command.picture.file);
-  refuse_same_file("--anatomy-csv", command.anatomy_csv, "--picture", command.picture.file);
-  for (const auto& [option, file] :
-       {std::pair{"--csv", &command.csv}, std::pair{"--anatomy-csv", &command.anatomy_csv},
-        std::pair{"--picture", &command.picture.file}})
-    refuse_same_file("--html", command.page.file, option, *file);
-  check("--html", command.page.file);
-  check("--csv", command.csv);
-  check("--anatomy-csv", command.anatomy_csv);
-  check("--picture", command.picture.file);
+  refuse("--generation", command.generation.has_value());
+  refuse("--population", command.population != 1);
+  refuse("--set", !command.overrides.empty());
+  refuse("--from-step", command.from_step.has_value());
+  refuse("--from-state", command.from_state.has_value());
+  refuse("--save-state", command.save);
+  refuse("--anatomy", command.anatomy);
+  refuse("--anatomy-csv", command.anatomy_csv.has_value());
+  refuse("--csv", command.csv.has_value());
+  refuse("--picture", command.picture.file.has_value());
+  refuse("--record", command.record.has_value());
+  refuse("--every", command.every.has_value());
+  refuse("--fields-every", command.fields_every.has_value());
+  if (!command.page.file)
+    throw run::UsageError(command.run.string() +
+                          " is a recording, which cannot be replayed; --html FILE makes a page of "
+                          "it, `somas-host render` a figure");
+  if (!command.page.compare) refuse("--compare-set", !command.page.compare_overrides.empty());
+  refuse_same_file("--html", command.page.file, "RUN", command.run);
+  run::check_output(*command.page.file);
+}
+
+int show_recording(const ReplayCommand& command, run::Terminal& terminal) {
+  check_recording(command);
+  ReplayPage page(command);
+  recording::read(command.run, *page.life().sink);
+  return page.write(terminal) ? exit_ok : exit_not_reproduced;
 }
 
 std::optional<report::Picture> picture_of(const PictureCommand& command) {
@@ -123,6 +154,8 @@ std::optional<report::Picture> picture_of(const PictureCommand& command) {
 int execute(const ReplayCommand& command, run::Terminal& terminal) {
   // A file that may not grow is an error to report, not a death by signal.
   std::signal(SIGXFSZ, SIG_IGN);
+  std::error_code error;
+  if (fs::is_regular_file(command.run, error)) return show_recording(command, terminal);
   check_moments(command);
   std::optional<report::Picture> picture = picture_of(command.picture);
   check_outputs(command);
@@ -148,9 +181,14 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
       if (with_anatomy) anatomy.observe(world);
       if (picture) picture->observe(world);
     };
+  if (picture)
+    options.prelude = [&](const run::Champion& champion) { picture->about(champion.own_seat); };
   std::optional<ReplayPage> page;
-  if (command.page.file) options.sink = &page.emplace(command).life();
-  if (page) options.recorder = page->recorder_options();
+  if (command.page.file) options.recipients.push_back(page.emplace(command).life());
+  recording::FileWriter recorded;
+  if (command.record)
+    options.recipients.push_back(
+        {.sink = &recorded, .every = command.every, .fields_every = command.fields_every});
   const run::ReplayReport replayed = run::replay(options);
   if (picture) picture->check_complete();
   for (const std::string& warning : replayed.warnings) terminal.line("warning: " + warning);
@@ -168,6 +206,11 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
     run::write_output(*command.picture.file,
                       picture->render(report::picture_format(*command.picture.file)));
   if (command.csv) run::write_output(*command.csv, run::to_csv(replayed.replayed));
+  if (command.record) {
+    const std::vector<std::byte> bytes = recorded.bytes();
+    run::write_output(*command.record, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    print("recording: " + command.record->string() + "\n");
+  }
   const bool compared = !page || page->write(terminal);
   return replayed.matches() && compared ? exit_ok : exit_not_reproduced;
 }

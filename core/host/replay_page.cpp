@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/plugins/suggest.hpp"
+#include "core/recording/file.hpp"
 #include "core/report/page.hpp"
 #include "core/run/errors.hpp"
 #include "core/run/files.hpp"
@@ -36,8 +37,11 @@ std::string size_text(std::size_t bytes) {
 ReplayPage::ReplayPage(const ReplayCommand& command)
     : command_(command), other_(other()), life_({.changes = changes_of(command)}) {}
 
-recording::RecorderOptions ReplayPage::recorder_options() const {
-  return {.every = command_.page.every, .fields_every = command_.page.fields_every};
+run::Recipient ReplayPage::recipient(report::PageData& life) const {
+  return {.sink = &life,
+          .every = command_.every.value_or(1),
+          .fields_every = command_.fields_every.value_or(1),
+          .controller = true};
 }
 
 // A colon may stand in a directory's name, too.
@@ -50,6 +54,12 @@ std::optional<ReplayPage::Other> ReplayPage::other() const {
   std::error_code error;
   const std::string& text = *page.compare;
   if (fs::is_directory(text, error)) return Other{text, std::nullopt};
+  if (fs::is_regular_file(text, error)) {
+    if (!page.compare_overrides.empty())
+      throw run::UsageError("--compare-set changes a life that is lived again; " + text +
+                            " is a recording");
+    return Other{text, std::nullopt};
+  }
   const std::size_t colon = text.rfind(':');
   const char* end = text.data() + text.size();
   std::uint64_t generation = 0;
@@ -57,20 +67,25 @@ std::optional<ReplayPage::Other> ReplayPage::other() const {
                         std::from_chars(text.data() + colon + 1, end, generation).ptr == end;
   const std::string run = numbered ? text.substr(0, colon) : text;
   if (!fs::is_directory(run.empty() ? command_.run : fs::path(run), error))
-    throw run::UsageError("--compare: '" + text + "' is not RUN or RUN:GENERATION: there is no " +
-                          "directory " + run);
+    throw run::UsageError("--compare: '" + text +
+                          "' is not RUN, RUN:GENERATION or a recording: there "
+                          "is no directory " +
+                          run);
   return Other{run.empty() ? command_.run : fs::path(run), generation};
 }
 
 bool ReplayPage::replay(const Other& other, report::PageData& life, run::Terminal& terminal) {
+  if (!fs::is_directory(other.run)) {
+    recording::read(other.run, life);
+    return true;
+  }
   const run::ReplayReport replayed = run::replay({.run = other.run,
                                                   .generation = other.generation,
                                                   .population = other.population,
                                                   .overrides = command_.page.compare_overrides,
                                                   .plugin_directories = command_.plugin_path,
                                                   .observer = {},
-                                                  .sink = &life,
-                                                  .recorder = recorder_options(),
+                                                  .recipients = {recipient(life)},
                                                   .from_step = {},
                                                   .from_state = {},
                                                   .wounds = {},

@@ -95,4 +95,14 @@ Header header_of(const model::Ecosystem& ecosystem, const model::WorldState& wor
   return header;
 }
 
+std::vector<std::uint32_t> squares_in_world(const Grid& grid, double radius) {
+  std::vector<std::uint32_t> inside;
+  for (std::uint32_t square = 0; square < grid.squares(); ++square) {
+    const double x = grid.left + (square % grid.columns + 0.5) * grid.side;
+    const double y = grid.bottom + (square / grid.columns + 0.5) * grid.side;
+    if (x * x + y * y <= radius * radius) inside.push_back(square);
+  }
+  return inside;
+}
+
 }  // namespace somas::recording

@@ -67,16 +67,6 @@ void take_morphogen(const model::MorphogenFields& fields, std::size_t kind,
       taken[std::size_t{row} * size + column] = fields.value(kind, column, row);
 }
 
-std::vector<std::uint32_t> squares_in_world(const Grid& grid, double radius) {
-  std::vector<std::uint32_t> inside;
-  for (std::uint32_t square = 0; square < grid.squares(); ++square) {
-    const double x = grid.left + (square % grid.columns + 0.5) * grid.side;
-    const double y = grid.bottom + (square / grid.columns + 0.5) * grid.side;
-    if (x * x + y * y <= radius * radius) inside.push_back(square);
-  }
-  return inside;
-}
-
 }  // namespace
 
 Recorder::Recorder(const model::Ecosystem& ecosystem, std::size_t own_seat, Sink& sink,

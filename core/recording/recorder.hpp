@@ -7,9 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/evaluation/evaluator.hpp"
-#include "core/model/simulation.hpp"
-#include "core/model/witness.hpp"
+#include "core/recording/life_witness.hpp"
 #include "core/recording/sink.hpp"
 
 namespace somas::recording {
@@ -29,15 +27,15 @@ struct RecorderOptions {
 ///   if (result) recorder.finish(*result);
 ///
 /// It only reads the simulation, which therefore runs as if unrecorded.
-class Recorder final : public model::Witness {
+class Recorder final : public LifeWitness {
  public:
   /// The recording is about the organism at place `own_seat` of the roster. `ecosystem` (the
   /// simulation's) and `sink` must outlive this.
   Recorder(const model::Ecosystem& ecosystem, std::size_t own_seat, Sink& sink,
            Provenance provenance = {}, RecorderOptions options = {});
 
-  void observe(const model::Simulation& simulation);
-  void finish(const evaluation::Result& result);
+  void observe(const model::Simulation& simulation) override;
+  void finish(const evaluation::Result& result) override;
 
   void controlled(const model::WorldState& world, const model::FloatMatrix& inputs,
                   const model::FloatMatrix& outputs) override;

@@ -4,6 +4,7 @@
 // program that must be there when a figure is made, with bytes that change from version to version.
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,9 @@
 #include "core/report/canvas.hpp"
 
 namespace somas::report {
+
+/// Of curves that must not differ in their colours alone; points, 0: unbroken.
+inline constexpr std::array<double, 4> dashes = {0, 4, 1.5, 7};
 
 struct Axis {
   double low = 0, high = 1;

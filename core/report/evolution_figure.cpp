@@ -55,55 +55,72 @@ void check_same_objective(const std::vector<fs::path>& runs) {
                             run.string() + ": no replicates");
 }
 
-std::size_t common_generations(const std::vector<Generations>& runs,
+std::size_t common_generations(const std::vector<Generations>& runs, const std::string& whose,
                                std::vector<std::string>& warnings) {
   const auto shorter = [](const Generations& a, const Generations& b) {
     return a.best.size() < b.best.size();
   };
   const auto [least, most] = std::minmax_element(runs.begin(), runs.end(), shorter);
   if (least->best.size() < most->best.size())
-    warnings.push_back("the runs have from " + std::to_string(least->best.size()) + " to " +
+    warnings.push_back(whose + " have from " + std::to_string(least->best.size()) + " to " +
                        plugins::plural(most->best.size(), "generation") +
                        "; the figure shows those that all have");
   return least->best.size();
 }
 
+std::vector<Generations> read_all(const std::vector<fs::path>& paths, std::uint32_t population) {
+  std::vector<Generations> runs;
+  for (const fs::path& path : paths) runs.push_back(read_generations(path, population));
+  return runs;
+}
+
+std::string unit_of(const std::string& objective) {
+  return objective == "survival" ? " (steps)" : "";
+}
+
+Series numbers_to(std::size_t count) {
+  Series numbers(count);
+  std::iota(numbers.begin(), numbers.end(), 0.0);
+  return numbers;
+}
+
+Colour faint(Colour colour) {
+  colour.alpha = band_alpha;
+  return colour;
+}
+
 std::vector<LegendEntry> legend_of(bool several) {
-  const auto faint = [](Colour colour) { return between(white, colour, band_alpha); };
+  const auto pale = [](Colour colour) { return between(white, colour, band_alpha); };
   if (!several)
     return {{.swatch = Swatch::line, .colour = best_colour, .words = "best"},
             {.swatch = Swatch::line, .colour = median_colour, .words = "median", .dash = 4},
-            {.swatch = Swatch::box, .colour = faint(median_colour), .words = "quartiles"}};
+            {.swatch = Swatch::box, .colour = pale(median_colour), .words = "quartiles"}};
   return {
       {.swatch = Swatch::line, .colour = best_colour, .words = "best"},
       {.swatch = Swatch::line, .colour = median_colour, .words = "median", .dash = 4},
       {.swatch = Swatch::line, .colour = quartile_colour, .words = "quartiles", .dash = 1.5},
-      {.swatch = Swatch::box, .colour = faint(best_colour), .words = "range of replicates' best"},
+      {.swatch = Swatch::box, .colour = pale(best_colour), .words = "range of replicates' best"},
       {.swatch = Swatch::box,
-       .colour = faint(median_colour),
+       .colour = pale(median_colour),
        .words = "range of replicates' median"}};
 }
 
-}  // namespace
+// ---- one condition ------------------------------------------------------------------------------
 
-std::string evolution_figure(const std::vector<fs::path>& given, std::uint32_t population,
-                             const FigureSize& size, std::vector<std::string>& warnings) {
-  const std::vector<fs::path> paths = runs_in(given);
+std::string figure_of_runs(const std::vector<fs::path>& paths, std::uint32_t population,
+                           const FigureSize& size, std::vector<std::string>& warnings) {
   check_same_objective(paths);
-  std::vector<Generations> runs;
-  for (const fs::path& path : paths) runs.push_back(read_generations(path, population));
-  const std::size_t count = common_generations(runs, warnings);
+  const std::vector<Generations> runs = read_all(paths, population);
+  const std::size_t count = common_generations(runs, "the runs", warnings);
   const bool several = runs.size() > 1;
 
   const Spread best = spread_of(runs, &Generations::best, count),
                median = spread_of(runs, &Generations::median, count),
                upper = spread_of(runs, &Generations::upper_quartile, count),
                lower = spread_of(runs, &Generations::lower_quartile, count);
-  Series generation(count);
-  std::iota(generation.begin(), generation.end(), 0.0);
+  const Series generation = numbers_to(count);
 
   const std::string objective = objective_of(paths.front());
-  const std::string unit = objective == "survival" ? " (steps)" : "";
   std::string caption = several
                             ? "Medians and ranges of " + plugins::plural(runs.size(), "replicate") +
                                   ": " + names_of_runs(paths)
@@ -118,12 +135,8 @@ std::string evolution_figure(const std::vector<fs::path>& given, std::uint32_t p
     const double least = *std::min_element(lower.low.begin(), lower.low.end());
     const Axis x{0, generation.back(), "generation", true};
     const Axis y{least < 0 ? -round_end(-least) : 0, most > 0 ? round_end(most) : 0,
-                 objective + unit, false};
+                 objective + unit_of(objective), false};
     const Chart chart(canvas, body, x, y, Chart::left_margin(canvas, y));
-    const auto faint = [](Colour colour) {
-      colour.alpha = band_alpha;
-      return colour;
-    };
     if (several) {
       chart.band(generation, best.low, best.high, faint(best_colour));
       chart.band(generation, median.low, median.high, faint(median_colour));
@@ -142,6 +155,87 @@ std::string evolution_figure(const std::vector<fs::path>& given, std::uint32_t p
     chart.axes();
   };
   return draw(frame, size);
+}
+
+// ---- several conditions -------------------------------------------------------------------------
+
+/// The best of a condition's replicates, and how it is drawn.
+struct ConditionCurve {
+  Series generation;
+  Spread best;
+  Colour colour;
+  double dash = 0;
+};
+
+void draw_curves(const Canvas& canvas, const Rect& body, const std::vector<ConditionCurve>& curves,
+                 const std::string& objective) {
+  double most = 0, least = 0, last = 0;
+  for (const ConditionCurve& curve : curves) {
+    most = std::max(most, *std::max_element(curve.best.high.begin(), curve.best.high.end()));
+    least = std::min(least, *std::min_element(curve.best.low.begin(), curve.best.low.end()));
+    last = std::max(last, curve.generation.back());
+  }
+  const Axis x{0, last, "generation", true};
+  const Axis y{least < 0 ? -round_end(-least) : 0, most > 0 ? round_end(most) : 0,
+               "best " + objective + unit_of(objective), false};
+  const Chart chart(canvas, body, x, y, Chart::left_margin(canvas, y));
+  for (const ConditionCurve& curve : curves)
+    chart.band(curve.generation, curve.best.low, curve.best.high, faint(curve.colour));
+  for (const ConditionCurve& curve : curves) {
+    chart.line(curve.generation, curve.best.middle, curve.colour, 1.3, curve.dash);
+    if (curve.generation.size() == 1)
+      chart.marker(0, curve.best.middle[0], Marker::disc, 3, curve.colour);
+  }
+  chart.axes();
+}
+
+std::string figure_of_conditions(const std::vector<Condition>& conditions,
+                                 const std::string& campaign, std::uint32_t population,
+                                 const FigureSize& size, std::vector<std::string>& warnings) {
+  std::vector<fs::path> all;
+  for (const Condition& condition : conditions)
+    all.insert(all.end(), condition.runs.begin(), condition.runs.end());
+  check_same_objective(all);
+
+  Frame frame{.title = "Best fitness over the generations.",
+              .caption = "Campaign " + campaign +
+                         ", a line a condition: median over its replicates; bands: their range",
+              .body = std::clamp(0.5 * size.width(), 110.0, 230.0)};
+  if (population > 1) frame.caption += "; population " + std::to_string(population);
+  frame.caption += ".";
+  std::vector<ConditionCurve> curves;
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    const Condition& condition = conditions[i];
+    const std::vector<Generations> runs = read_all(condition.runs, population);
+    const std::size_t count =
+        common_generations(runs, "the runs of condition " + condition.name, warnings);
+    curves.push_back({.generation = numbers_to(count),
+                      .best = spread_of(runs, &Generations::best, count),
+                      .colour = colour_of_state(i),
+                      .dash = dashes[i % dashes.size()]});
+    frame.legend.push_back(
+        {.swatch = Swatch::line,
+         .colour = curves.back().colour,
+         .words = condition.name + " (" + plugins::plural(runs.size(), "replicate") + ")",
+         .dash = curves.back().dash});
+  }
+  frame.paint = [&](const Canvas& canvas, const Rect& body) {
+    draw_curves(canvas, body, curves, objective_of(all.front()));
+  };
+  return draw(frame, size);
+}
+
+}  // namespace
+
+std::string evolution_figure(const std::vector<fs::path>& given, std::uint32_t population,
+                             const FigureSize& size, std::vector<std::string>& warnings) {
+  if (given.size() > 1 || !is_campaign(given.front()))
+    return figure_of_runs(runs_in(given), population, size, warnings);
+  const std::vector<Condition> conditions = conditions_of(given.front(), warnings);
+  if (conditions.size() == 1)
+    return figure_of_runs(conditions.front().runs, population, size, warnings);
+  return figure_of_conditions(conditions, name_of_directory(given.front()), population, size,
+                              warnings);
 }
 
 }  // namespace somas::report

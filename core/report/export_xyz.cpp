@@ -25,7 +25,8 @@ std::string word(std::string_view name) {
   return safe.empty() ? "_" : safe;
 }
 
-/// Cells as atoms: their species are the states, their sizes the radii.
+/// Cells as atoms: their types are the states, their sizes the radii. (Not species: readers for
+/// chemists, as ASE, know those of the periodic table only.)
 class XyzExport final : public Sink {
  public:
   explicit XyzExport(const fs::path& directory) : file_(directory / "cells.xyz") {}
@@ -34,7 +35,7 @@ class XyzExport final : public Sink {
     header_ = header;
     const std::string edge = decimal(2 * header.radius), low = decimal(-header.radius);
     frame_of_ = "Lattice=\"" + edge + " 0 0 0 " + edge + " 0 0 0 2\" Origin=\"" + low + " " + low +
-                " -1\" pbc=\"F F F\" Properties=species:S:1:pos:R:3:radius:R:1:id:I:1:parent:I:1:"
+                " -1\" pbc=\"F F F\" Properties=type:S:1:pos:R:3:radius:R:1:id:I:1:parent:I:1:"
                 "organism:I:1:born:I:1:action:S:1:energy:R:1:ambrosia:R:1:pressure:R:1";
     for (const std::string& hazard : header.hazards)
       frame_of_ += ":damage." + word(hazard) + ":R:1";

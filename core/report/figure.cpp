@@ -18,11 +18,6 @@ std::uint64_t seed_of_run(const std::filesystem::path& run) {
   return run::JsonView(manifest, file.string()).member("seed").natural();
 }
 
-std::string name_of_run(const std::filesystem::path& run) {
-  const std::filesystem::path path = run::target_of(run / ".").lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
-}
-
 }  // namespace
 
 PictureFormat picture_format(const std::filesystem::path& file) {
@@ -38,7 +33,7 @@ Subject subject_of(const std::filesystem::path& run, const run::ReplayReport& re
                    const std::vector<std::string>& overrides) {
   const run::Champion& champion = replayed.recorded;
   return {.experiment = champion.experiment,
-          .run = name_of_run(run),
+          .run = name_of_directory(run),
           .seed = seed_of_run(run),
           .generation = champion.generation,
           .population = champion.population,
@@ -91,8 +86,13 @@ const Canvas& measuring_canvas() {
   return canvas;
 }
 
+std::string name_of_directory(const std::filesystem::path& directory) {
+  const std::filesystem::path path = run::target_of(directory / ".").lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
 std::string title_of_run(const std::filesystem::path& run) {
-  return name_of_run(run) + " (seed " + std::to_string(seed_of_run(run)) + ")";
+  return name_of_directory(run) + " (seed " + std::to_string(seed_of_run(run)) + ")";
 }
 
 std::string grouped(std::uint64_t number) {

@@ -69,6 +69,9 @@ struct Frame {
 /// A canvas to measure text with.
 [[nodiscard]] const Canvas& measuring_canvas();
 
+/// "exp1-seed1", however its path is written.
+[[nodiscard]] std::string name_of_directory(const std::filesystem::path& directory);
+
 /// "exp1-seed1 (seed 1)": a run directory's name, and the seed in its manifest.
 [[nodiscard]] std::string title_of_run(const std::filesystem::path& run);
 

@@ -48,7 +48,7 @@ void Legend::paint_entry(const Canvas& canvas, const LegendEntry& entry, double 
     case Swatch::rim:
     case Swatch::ring:
       canvas.disc(x + 0.5 * f, middle, 0.36 * f);
-      canvas.stroke((entry.swatch == Swatch::rim ? 0.18 : 0.07) * f, black);
+      canvas.stroke((entry.swatch == Swatch::rim ? 0.18 : 0.07) * f, entry.colour);
       break;
     case Swatch::box:
       canvas.fill(box, entry.colour);

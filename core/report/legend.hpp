@@ -12,7 +12,7 @@ namespace somas::report {
 struct LegendEntry {
   enum class Swatch {
     disc,    ///< a cell
-    rim,     ///< a cell with a black rim
+    rim,     ///< a cell with a thick rim
     ring,    ///< a cell's outline
     dot,     ///< a particle
     box,     ///< an area

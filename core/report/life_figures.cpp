@@ -13,8 +13,6 @@ namespace {
 
 using Swatch = LegendEntry::Swatch;
 
-// Curves of states differ in their dashes, too.
-constexpr std::array<double, 4> dashes = {0, 4, 1.5, 7};
 constexpr std::array<const char*, 4> numerals = {"I", "II", "III", "IV"};
 
 double most_of(const std::vector<double>& values) {

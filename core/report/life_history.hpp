@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "core/model/simulation.hpp"
+#include "core/recording/sink.hpp"
 
 namespace somas::report {
 
-class LifeHistory {
+/// Sees a simulation, or hears a recording as its sink: of the organism that it is about.
+class LifeHistory final : public recording::Sink {
  public:
   /// `organism`: place in the roster of the one whose life it is.
   explicit LifeHistory(std::size_t organism = 0) : organism_(organism) {}
@@ -17,17 +19,26 @@ class LifeHistory {
   /// Call after every step.
   void observe(const model::Simulation& simulation);
 
+  void begin(const recording::Header& header) override;
+  void event(const recording::Event& event) override;
+  void summary(const recording::Summary& summary) override;
+  /// Between frames tables keep their rows.
+  void frame(const recording::Frame& frame) override;
+  void finish(const recording::Ending&) override {}
+
   /// All by state, cause, resource or table, then by step; the first entry is that of first_step.
   struct Series {
     std::vector<std::string> names;
     std::vector<std::vector<double>> values;
   };
+  [[nodiscard]] std::size_t organism() const { return organism_; }  ///< place in the roster
   [[nodiscard]] std::size_t steps() const { return steps_.size(); }
   [[nodiscard]] const std::vector<double>& step() const { return steps_; }
-  [[nodiscard]] const Series& cells() const { return cells_; }          ///< live, by state
-  [[nodiscard]] const Series& deaths() const { return deaths_; }        ///< in the step, by cause
-  [[nodiscard]] const Series& resources() const { return resources_; }  ///< content of their grids
-  [[nodiscard]] const Series& tables() const { return tables_; }        ///< rows
+  [[nodiscard]] const Series& cells() const { return cells_; }    ///< live, by state
+  [[nodiscard]] const Series& deaths() const { return deaths_; }  ///< in the step, by cause
+  /// Content of their grids: squares whose centre is in the world.
+  [[nodiscard]] const Series& resources() const { return resources_; }
+  [[nodiscard]] const Series& tables() const { return tables_; }  ///< rows
   [[nodiscard]] const std::vector<double>& divisions() const {
     return divisions_;
   }  ///< in the step
@@ -38,8 +49,9 @@ class LifeHistory {
   [[nodiscard]] std::vector<double> availability() const;
 
  private:
-  void describe(const model::Simulation& simulation);
+  void describe(const recording::Header& header);
   [[nodiscard]] const model::OrganismState& own(const model::Simulation& simulation) const;
+  [[nodiscard]] double content(std::size_t resource, const std::vector<double>& squares) const;
 
   std::size_t organism_;
   std::vector<double> steps_;
@@ -47,6 +59,12 @@ class LifeHistory {
   std::vector<double> divisions_, specializations_;
   std::vector<std::uint64_t> deaths_before_;
   std::uint64_t divisions_before_ = 0, specializations_before_ = 0;
+  std::vector<std::size_t> grids_;                    ///< of the resources
+  std::vector<std::vector<std::uint32_t>> in_world_;  ///< squares, by resource
+  std::uint16_t own_ = 0;                             ///< in a recording
+  std::uint32_t first_slot_ = 0;
+  std::vector<double> deaths_heard_, rows_heard_;  ///< of a recording's step, of its last frame
+  double births_heard_ = 0, specializations_heard_ = 0;
 };
 
 /// A phase of a life, as long as its boundaries can be found:

@@ -4,8 +4,11 @@
 #include <cmath>
 
 #include "core/plugins/suggest.hpp"
+#include "core/recording/file.hpp"
 #include "core/report/chart.hpp"
+#include "core/report/recorded_life.hpp"
 #include "core/report/render.hpp"
+#include "core/run/errors.hpp"
 
 namespace somas::report {
 namespace {
@@ -24,6 +27,61 @@ run::ReplayOptions replay_options(const MovieOptions& o) {
 
 SceneWants wants_of(const MovieOptions& options) { return {.grid = options.grid}; }
 
+// ---- of a recording -----------------------------------------------------------------------------
+
+void check_recording(const MovieOptions& o, const RecordedLife& life) {
+  const auto refuse = [&](const char* option, bool given) {
+    if (given)
+      throw run::UsageError(std::string(option) + " needs a run directory; " + o.run.string() +
+                            " is a recording");
+  };
+  refuse("--generation", o.generation.has_value());
+  refuse("--population", o.population != 1);
+  refuse("--set", !o.overrides.empty());
+  if (o.every % life.header.every != 0)
+    throw run::UsageError("--every " + std::to_string(o.every) +
+                          ": the recording has a frame every " +
+                          plugins::plural(life.header.every, "step") + "; give a multiple of it");
+}
+
+/// Frames without fields show the last there were.
+void each_scene(const MovieOptions& options, const Setting& setting, evaluation::StopToken stop,
+                const std::function<void(const Scene&)>& visit) {
+  std::vector<double> grid;
+  const SceneWants wants = wants_of(options);
+  each_frame(options.run, [&](const recording::Header& header, const recording::Frame& frame) {
+    if (stop.stop_requested()) throw Cancelled{};
+    Scene scene = scene_of(header, frame, setting, wants);
+    if (frame.has_fields)
+      grid = scene.grid;
+    else
+      scene.grid = grid;
+    visit(scene);
+  });
+}
+
+Screenplay plan_recorded(const MovieOptions& options, evaluation::StopToken stop) {
+  const RecordedLife life = look_into(options.run);
+  check_recording(options, life);
+  Screenplay play;
+  play.subject = subject_of(life);
+  recording::read(options.run, play.history);
+  SceneWants wants = wants_of(options);
+  wants.organism = play.history.organism();
+  play.setting = setting_of(life.header, wants);
+  each_scene(options, play.setting, stop, [&](const Scene& scene) { play.look_at(scene); });
+  each_frame(options.run, [&](const recording::Header& header, const recording::Frame& frame) {
+    play.zones.observe(header, frame);
+  });
+  play.settle(options);
+  // Frames are where the recording has them.
+  const std::uint64_t least = life.header.every;
+  play.every = (play.every + least - 1) / least * least;
+  play.frames = static_cast<std::uint64_t>(std::count_if(
+      life.frames.begin(), life.frames.end(), [&](auto step) { return play.shows(step); }));
+  return play;
+}
+
 }  // namespace
 
 FramePainter::FramePainter(const MovieOptions& options, const Screenplay& screenplay)
@@ -34,7 +92,10 @@ FramePainter::FramePainter(const MovieOptions& options, const Screenplay& screen
       font_(std::max(9.0, width_ / 60)) {}
 
 std::string_view FramePainter::paint(const model::Simulation& simulation) {
-  const Scene scene = scene_of(simulation, play_.setting, wants_);
+  return paint(scene_of(simulation, play_.setting, wants_));
+}
+
+std::string_view FramePainter::paint(const Scene& scene) {
   canvas_.emplace(PictureFormat::png, width_, height_);
   const double gap = 0.5 * font_, side = height_ - 2 * gap;
   const Rect square{gap, gap, side, side};
@@ -77,8 +138,13 @@ std::vector<LegendEntry> FramePainter::legend(const Scene& scene) const {
   for (std::size_t s = 0; s < scene.counts.size(); ++s)
     entries.push_back({.colour = colour_of_state(s),
                        .words = play_.setting.states[s] + " " + std::to_string(scene.counts[s])});
-  entries.push_back(
-      {.swatch = Swatch::rim, .words = "dividing " + std::to_string(scene.dividing())});
+  entries.push_back({.swatch = Swatch::rim,
+                     .colour = black,
+                     .words = "dividing " + std::to_string(scene.dividing())});
+  for (std::size_t o = 0; o < play_.setting.organisms.size(); ++o)
+    entries.push_back({.swatch = Swatch::rim,
+                       .colour = colour_of_organism(o),
+                       .words = play_.setting.organisms[o]});
   for (std::size_t t = 0; t < scene.tables.size(); ++t)
     entries.push_back(
         {.swatch = Swatch::dot, .colour = colour_of_table(t), .words = play_.setting.tables[t]});
@@ -108,12 +174,17 @@ void FramePainter::paint_curves(const Scene& scene, const Rect& area) const {
 }
 
 void Screenplay::observe(const model::Simulation& simulation, const MovieOptions& options) {
-  if (history.steps() == 0) setting = setting_of(simulation, wants_of(options));
-  const Scene scene = scene_of(simulation, setting, wants_of(options));
-  for (const SceneCell& cell : scene.cells) extent.add(cell);
-  levels.add(scene);
+  SceneWants wants = wants_of(options);
+  wants.organism = history.organism();
+  if (history.steps() == 0) setting = setting_of(simulation, wants);
+  look_at(scene_of(simulation, setting, wants));
   zones.observe(simulation);
   history.observe(simulation);
+}
+
+void Screenplay::look_at(const Scene& scene) {
+  for (const SceneCell& cell : scene.cells) extent.add(cell);
+  levels.add(scene);
 }
 
 void Screenplay::settle(const MovieOptions& options) {
@@ -126,6 +197,7 @@ void Screenplay::settle(const MovieOptions& options) {
 std::uint32_t movie_height(std::uint32_t width) { return width * 9 / 16 / 2 * 2; }
 
 Screenplay plan_movie(const MovieOptions& options, evaluation::StopToken stop) {
+  if (is_recording(options.run)) return plan_recorded(options, stop);
   Screenplay play;
   run::ReplayOptions replay = replay_options(options);
   replay.prelude = [&](const run::Champion& champion) {
@@ -146,10 +218,14 @@ void shoot_movie(const MovieOptions& options, const Screenplay& play, evaluation
                  const FrameSink& sink) {
   FramePainter painter(options, play);
   std::uint64_t frame = 0;
+  if (is_recording(options.run))
+    return each_scene(options, play.setting, stop, [&](const Scene& scene) {
+      if (play.shows(scene.step)) sink(painter.paint(scene), frame++);
+    });
   run::ReplayOptions replay = replay_options(options);
   replay.observer = [&](const model::Simulation& world) {
     if (stop.stop_requested()) throw Cancelled{};
-    if (play.shows(world)) sink(painter.paint(world), frame++);
+    if (play.shows(world.state().step - 1)) sink(painter.paint(world), frame++);
   };
   (void)live_again(replay);
 }

@@ -1,9 +1,10 @@
 // A life as moving pictures: the world on the left, on the right who is there and how their numbers
 // went.
 //
-// The champion lives twice. The first life finds what the frames need in advance: how many there
-// are, which part of the world holds the organism, the ends of the scales of colour; and that the
-// record is reproduced. The second is drawn, frame by frame; nothing is kept.
+// The champion lives twice (a recording is read twice). The first life finds what the frames need
+// in advance: how many there are, which part of the world holds the organism, the ends of the
+// scales of colour; and that the record is reproduced. The second is drawn, frame by frame; nothing
+// is kept.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@
 namespace somas::report {
 
 struct MovieOptions {
-  std::filesystem::path run;
+  std::filesystem::path run;                     ///< or a recording
   std::optional<std::uint64_t> generation = {};  ///< default: the last
   std::uint32_t population = 1;                  ///< 2 in mode coevolution only
   std::vector<std::string> overrides = {};       ///< a what-if, not checked against the record
@@ -50,10 +51,10 @@ struct Screenplay {
   /// Call after every step of the first life, and `settle` at its end.
   void observe(const model::Simulation& simulation, const MovieOptions& options);
   void settle(const MovieOptions& options);
-  /// In the second life: whether the step that is over makes a frame.
-  [[nodiscard]] bool shows(const model::Simulation& simulation) const {
-    return (simulation.state().step - 1) % every == 0;
-  }
+  /// In the second life: whether the world after a step makes a frame.
+  [[nodiscard]] bool shows(std::uint64_t step) const { return step % every == 0; }
+
+  void look_at(const Scene& scene);
 };
 
 /// Draws the frames of one movie.
@@ -64,6 +65,7 @@ class FramePainter {
 
   /// The pixels (blue, green, red, nothing; row by row), valid until the next frame.
   [[nodiscard]] std::string_view paint(const model::Simulation& simulation);
+  [[nodiscard]] std::string_view paint(const Scene& scene);
 
  private:
   void paint_column(const Scene& scene, const Rect& column) const;
@@ -77,7 +79,8 @@ class FramePainter {
   std::optional<Canvas> canvas_;
 };
 
-/// The first life. Throws Cancelled, NotReproduced, and what run::replay throws.
+/// The first life. Throws Cancelled, NotReproduced, and what run::replay and recording::read throw;
+/// run::UsageError for steps a frame that a recording does not have.
 [[nodiscard]] Screenplay plan_movie(const MovieOptions& options, evaluation::StopToken stop);
 
 /// Gets the pixels of a frame (blue, green, red, nothing; row by row) and its number, from 0.

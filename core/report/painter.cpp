@@ -53,6 +53,8 @@ std::vector<Painter::Entry> Painter::legend(const Scene& panel) const {
   entries.push_back({.fill = {1, 1, 1, 1},
                      .rim = true,
                      .words = std::to_string(panel.dividing()) + " of them dividing"});
+  for (std::size_t o = 0; o < picture_.setting_.organisms.size(); ++o)
+    entries.push_back({.fill = colour_of_organism(o), .words = picture_.setting_.organisms[o]});
   for (std::size_t t = 0; t < panel.tables.size(); ++t)
     entries.push_back(
         {.fill = colour_of_table(t),

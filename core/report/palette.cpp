@@ -16,6 +16,9 @@ constexpr std::array<Colour, 7> cause_colours = {rgb(0x999999), rgb(0xCC79A7), r
                                                  rgb(0xD55E00), rgb(0x56B4E9), rgb(0x009E73),
                                                  rgb(0xF0E442)};
 
+constexpr std::array<Colour, 5> organism_colours = {rgb(0x00504A), rgb(0xC0268B), rgb(0x7A7A7A),
+                                                    rgb(0x7A3B00), rgb(0x4B3FA0)};
+
 /// White, a hue in the middle, a dark shade of it.
 struct Hue {
   Colour middle, end;
@@ -46,6 +49,10 @@ Colour colour_of_state(std::size_t state) {
 Colour colour_of_table(std::size_t table) { return table_colours[table % table_colours.size()]; }
 
 Colour colour_of_cause(std::size_t cause) { return cause_colours[cause % cause_colours.size()]; }
+
+Colour colour_of_organism(std::size_t organism) {
+  return organism_colours[organism % organism_colours.size()];
+}
 
 Colour grey_ramp(double t) {
   const double f = (100.0 - 16.0 * std::clamp(t, 0.0, 1.0) + 16) / 116;

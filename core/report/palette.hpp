@@ -33,6 +33,8 @@ inline constexpr Colour frame_grey = rgb(0x808080);
 [[nodiscard]] Colour colour_of_state(std::size_t state);
 [[nodiscard]] Colour colour_of_table(std::size_t table);
 [[nodiscard]] Colour colour_of_cause(std::size_t cause);
+/// Of the outline of an organism in company; black is the rim of dividing cells.
+[[nodiscard]] Colour colour_of_organism(std::size_t organism);
 
 /// Content of a grid: white at 0, at 1 a grey of lightness 84, so that cells stand out.
 [[nodiscard]] Colour grey_ramp(double t);

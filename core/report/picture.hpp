@@ -27,6 +27,8 @@ class Picture {
 
   static constexpr std::uint32_t least_panel_width = 100;
 
+  /// Before the first step: which organism is the champion, by its place in the roster.
+  void about(std::size_t organism) { wants_.organism = organism; }
   /// Call after every step. Throws run::UsageError, naming the grids, for one that is absent.
   void observe(const model::Simulation& simulation);
 

@@ -1,11 +1,14 @@
 #include "core/report/render.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "core/plugins/suggest.hpp"
+#include "core/recording/file.hpp"
 #include "core/report/evolution_figure.hpp"
 #include "core/report/life_figures.hpp"
 #include "core/report/lineage_figure.hpp"
+#include "core/report/recorded_life.hpp"
 #include "core/report/run_tables.hpp"
 #include "core/report/timelapse.hpp"
 #include "core/run/errors.hpp"
@@ -25,6 +28,19 @@ bool has_panels(What what) {
 }
 
 bool is_of_a_life(What what) { return what != What::evolution && what != What::lineage; }
+
+// A recording is of one life, which cannot be changed.
+void check_recording(const RenderOptions& o) {
+  const auto refuse = [&](const std::string& option, bool given) {
+    if (given)
+      throw run::UsageError(option + " needs a run directory; " + o.runs.front().string() +
+                            " is a recording");
+  };
+  refuse("--what " + name_of(o.what), !is_of_a_life(o.what));
+  refuse("--generation", o.generation.has_value());
+  refuse("--population", o.population != 1);
+  refuse("--set", !o.overrides.empty());
+}
 
 // An option that would change nothing is a misunderstanding.
 void check_options(const RenderOptions& o) {
@@ -89,6 +105,50 @@ Rendered render_panels(const RenderOptions& o) {
   return {timelapse->render(subject_of(o.runs.front(), replayed, o.overrides)), replayed.warnings};
 }
 
+// Steps that somebody chose must have frames.
+void check_steps(const std::vector<std::uint64_t>& steps, const RecordedLife& life) {
+  const std::vector<std::uint64_t>& frames = life.frames;
+  for (const std::uint64_t step : steps) {
+    const auto after = std::lower_bound(frames.begin(), frames.end(), step);
+    if (after != frames.end() && *after == step) continue;
+    std::string nearest;
+    if (after != frames.begin()) nearest = std::to_string(*std::prev(after));
+    if (after != frames.end()) nearest += (nearest.empty() ? "" : " and ") + std::to_string(*after);
+    throw run::UsageError("--steps: the recording has no frame of step " + std::to_string(step) +
+                          "; the nearest: " + nearest);
+  }
+}
+
+Rendered render_recorded_panels(const RenderOptions& o) {
+  const RecordedLife life = look_into(o.runs.front());
+  check_steps(o.steps, life);
+  Timelapse timelapse({.kind = panel_kind(o.what),
+                       .steps = o.steps,
+                       .grid = o.grid,
+                       .whole_world = o.whole_world,
+                       .columns = o.columns,
+                       .organism = life.header.organisms.at(life.header.own).seat},
+                      o.size);
+  timelapse.expect(std::max<std::uint64_t>(1, life.ending.steps) - 1,
+                   life.fields.empty() ? life.frames : life.fields);
+  each_frame(o.runs.front(), [&](const recording::Header& header, const recording::Frame& frame) {
+    timelapse.observe(header, frame);
+  });
+  return {timelapse.render(subject_of(life)), {}};
+}
+
+std::string figure_of(What what, const LifeHistory& history, const Subject& subject,
+                      const FigureSize& size) {
+  return what == What::population ? population_figure(history, subject, size)
+                                  : phases_figure(history, subject, size);
+}
+
+Rendered render_recorded_life(const RenderOptions& o) {
+  LifeHistory history;
+  recording::read(o.runs.front(), history);
+  return {figure_of(o.what, history, subject_of(look_into(o.runs.front())), o.size), {}};
+}
+
 Rendered render_life(const RenderOptions& o) {
   LifeHistory history;
   run::ReplayOptions replay = replay_options(o);
@@ -96,9 +156,7 @@ Rendered render_life(const RenderOptions& o) {
   replay.observer = [&](const model::Simulation& world) { history.observe(world); };
   const run::ReplayReport replayed = live_again(replay);
   const Subject subject = subject_of(o.runs.front(), replayed, o.overrides);
-  return {o.what == What::population ? population_figure(history, subject, o.size)
-                                     : phases_figure(history, subject, o.size),
-          replayed.warnings};
+  return {figure_of(o.what, history, subject, o.size), replayed.warnings};
 }
 
 }  // namespace
@@ -122,6 +180,11 @@ run::ReplayReport live_again(run::ReplayOptions options) {
 
 Rendered render(const RenderOptions& options) {
   check_options(options);
+  if (is_recording(options.runs.front())) {
+    check_recording(options);
+    return has_panels(options.what) ? render_recorded_panels(options)
+                                    : render_recorded_life(options);
+  }
   if (has_panels(options.what)) return render_panels(options);
   if (is_of_a_life(options.what)) return render_life(options);
   Rendered rendered;
@@ -135,10 +198,12 @@ Rendered render(const RenderOptions& options) {
 
 fs::path default_output(const RenderOptions& options) {
   const fs::path& run = options.runs.front();
+  if (is_recording(run))
+    throw run::UsageError(run.string() + " is a recording: --out must name the figure");
   const char* const extensions[] = {".svg", ".pdf", ".png"};
   std::string name = name_of(options.what);
   if (options.what == What::evolution) {
-    (void)runs_in(options.runs);
+    if (!is_campaign(run)) (void)runs_in(options.runs);
   } else {
     const std::uint64_t generation =
         options.generation ? *options.generation : run::last_generation(run);

@@ -23,7 +23,8 @@ enum class What { timelapse, energy, morphogens, grid, population, phases, evolu
 [[nodiscard]] std::string name_of(What what);
 
 struct RenderOptions {
-  std::vector<std::filesystem::path> runs;  ///< several for What::evolution only
+  /// Run directories, several for What::evolution only; or one recording, for figures of a life.
+  std::vector<std::filesystem::path> runs;
   What what = What::timelapse;
   std::optional<std::uint64_t> generation = {};  ///< default: the last
   std::uint32_t population = 1;                  ///< 2 in mode coevolution only
@@ -47,7 +48,7 @@ class NotReproduced : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws NotReproduced, run::UsageError, and what run::replay throws.
+/// Throws NotReproduced, run::UsageError, and what run::replay and recording::read throw.
 [[nodiscard]] Rendered render(const RenderOptions& options);
 
 /// figures/WHAT-gen-NNNN.svg (or another format) in the first run; of What::evolution without a

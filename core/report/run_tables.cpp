@@ -196,6 +196,39 @@ std::string objective_of(const fs::path& run) {
   return std::string(run::JsonView(manifest, file.string()).member("objective").text());
 }
 
+bool is_campaign(const fs::path& directory) {
+  std::error_code error;
+  return fs::exists(directory / "index.csv", error);
+}
+
+std::vector<Condition> conditions_of(const fs::path& campaign, std::vector<std::string>& warnings) {
+  const Table index(campaign / "index.csv");
+  std::vector<Condition> conditions;
+  std::map<std::string, std::size_t> left_out;
+  for (std::size_t row = 0; row < index.rows(); ++row) {
+    const std::string& name = index.text(row, "condition");
+    const auto known = std::find_if(conditions.begin(), conditions.end(),
+                                    [&](const Condition& one) { return one.name == name; });
+    Condition& condition =
+        known != conditions.end() ? *known : conditions.emplace_back(Condition{name, {}});
+    if (index.text(row, "status") == "complete")
+      condition.runs.push_back(campaign / index.text(row, "directory"));
+    else
+      ++left_out[name];
+  }
+  for (const Condition& condition : conditions)
+    if (left_out.contains(condition.name))
+      warnings.push_back("condition " + condition.name + ": " +
+                         plugins::plural(left_out[condition.name], "run") + " of " +
+                         std::to_string(left_out[condition.name] + condition.runs.size()) +
+                         " not complete, left out");
+  std::erase_if(conditions, [](const Condition& one) { return one.runs.empty(); });
+  if (conditions.empty())
+    throw run::UsageError(campaign.string() +
+                          ": no run of this campaign is complete; there is nothing to draw");
+  return conditions;
+}
+
 std::vector<fs::path> runs_in(const std::vector<fs::path>& given) {
   std::vector<fs::path> runs;
   for (const fs::path& path : given) {
@@ -207,6 +240,8 @@ std::vector<fs::path> runs_in(const std::vector<fs::path>& given) {
     std::vector<fs::path> inside;
     for (const fs::directory_entry& entry : fs::directory_iterator(path, error))
       if (fs::exists(entry.path() / "generations.csv", error)) inside.push_back(entry.path());
+    if (is_campaign(path))
+      throw run::UsageError(path.string() + " is a campaign, which is drawn alone");
     if (inside.empty())
       throw run::UsageError(path.string() +
                             " is no run directory, and there is none in it: no generations.csv");

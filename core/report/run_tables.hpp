@@ -65,6 +65,18 @@ struct Lineage {
 /// "survival": what fitness counts, from the manifest of a run.
 [[nodiscard]] std::string objective_of(const std::filesystem::path& run);
 
+/// Replicates that belong together.
+struct Condition {
+  std::string name;
+  std::vector<std::filesystem::path> runs;
+};
+/// Whether a directory is a campaign: it has an index of its runs.
+[[nodiscard]] bool is_campaign(const std::filesystem::path& directory);
+/// The conditions of a campaign in the order of its index, with the runs that are complete; what is
+/// left out goes into `warnings`. Throws run::UsageError where no run is complete.
+[[nodiscard]] std::vector<Condition> conditions_of(const std::filesystem::path& campaign,
+                                                   std::vector<std::string>& warnings);
+
 /// The given run directories; for a directory that is none, the runs in it, by name. Throws
 /// run::UsageError where there is neither.
 [[nodiscard]] std::vector<std::filesystem::path> runs_in(

@@ -1,5 +1,5 @@
-// What a picture shows of a world: taken from a simulation between two steps, kept until it is
-// drawn. Lengths are those of the model (a founder's radius is 1).
+// What a picture shows of a world: taken from a simulation between two steps, or from a frame of a
+// recording, and kept until it is drawn. Lengths are those of the model (a founder's radius is 1).
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/model/simulation.hpp"
+#include "core/recording/recording.hpp"
 
 namespace somas::report {
 
@@ -14,14 +15,15 @@ namespace somas::report {
 struct SceneCell {
   double x = 0, y = 0, radius = 0;
   double energy = 0;
-  std::uint16_t state = 0;  ///< index into the setting's states
+  std::uint16_t state = 0;     ///< index into the setting's states
+  std::uint16_t organism = 0;  ///< index into the setting's organisms
   bool dividing = false;
 };
 
 /// A world after one step, as far as it is drawn.
 struct Scene {
   std::uint64_t step = 0;
-  std::vector<SceneCell> cells;                ///< in canonical order
+  std::vector<SceneCell> cells;                ///< in canonical order: by organism
   std::vector<std::uint32_t> counts;           ///< cells by state
   std::vector<std::vector<Point>> tables;      ///< rows, by table drawn
   std::vector<double> grid;                    ///< content, row-major; empty without a grid
@@ -35,7 +37,7 @@ struct Scene {
 struct SceneWants {
   std::string grid = {};     ///< "instance.name"; empty: the first there is; "none"
   bool morphogens = false;   ///< sensed, and on their grid
-  std::size_t organism = 0;  ///< place in the roster of the one whose morphogens are shown
+  std::size_t organism = 0;  ///< place in the roster of the one that it is about
 };
 
 /// What all scenes of a life have in common, read from what the experiment declared: environments
@@ -44,11 +46,12 @@ struct Setting {
   struct PositionColumns {
     Id table, x, y;
   };
-  double radius = 0;                ///< of the world
-  std::vector<std::string> states;  ///< names; the tree's order
-  std::vector<std::string> tables;  ///< names of those with columns x and y
+  double radius = 0;                   ///< of the world
+  std::vector<std::string> states;     ///< names; the tree's order
+  std::vector<std::string> organisms;  ///< "organism 1 (the champion)"; several only
+  std::vector<std::string> tables;     ///< names of those with columns x and y
   std::vector<PositionColumns> position_columns;
-  std::vector<model::Outline> outlines;
+  std::vector<recording::Outline> outlines;
   Id grid = no_id;  ///< the one that is drawn
   std::string grid_name;
   GridSpec grid_spec;
@@ -56,11 +59,16 @@ struct Setting {
   GridSpec morphogen_spec;
 };
 
-/// Throws run::UsageError, naming the grids, for one that is absent.
+/// Throws run::UsageError, naming the grids, for one that is absent. `wants` says which organism is
+/// the champion.
+[[nodiscard]] Setting setting_of(const recording::Header& header, const SceneWants& wants);
 [[nodiscard]] Setting setting_of(const model::Simulation& simulation, const SceneWants& wants);
 
 [[nodiscard]] Scene scene_of(const model::Simulation& simulation, const Setting& setting,
                              const SceneWants& wants);
+/// Of a frame without fields: no grid, no morphogens.
+[[nodiscard]] Scene scene_of(const recording::Header& header, const recording::Frame& frame,
+                             const Setting& setting, const SceneWants& wants);
 
 /// Where a resource ever was: the squares of the grids that cells feed on that held anything at any
 /// step seen. Nothing to show where that is all of the world.
@@ -74,10 +82,17 @@ class Zones {
   };
   /// Call after every step.
   void observe(const model::Simulation& simulation);
+  /// Or with every frame.
+  void observe(const recording::Header& header, const recording::Frame& frame);
   [[nodiscard]] const std::vector<Zone>& zones() const { return zones_; }
 
  private:
+  void begin(const recording::Header& header);
+  template <class Contents>
+  void look(const Contents& grids, double radius);
+
   std::vector<Zone> zones_;
+  std::vector<std::size_t> grids_;  ///< of the zones
   bool begun_ = false;
 };
 

@@ -183,9 +183,10 @@ void ScenePainter::paint_zones() const {
 // Closed ones are solid; open ones are lines.
 void ScenePainter::paint_outlines() const {
   cairo_t* c = canvas_.context();
-  for (const model::Outline& outline : setting_.outlines) {
+  for (const recording::Outline& outline : setting_.outlines) {
     cairo_new_path(c);
-    for (const Point& point : outline.points) cairo_line_to(c, px(point.x), py(point.y));
+    for (std::size_t i = 0; i < outline.x.size(); ++i)
+      cairo_line_to(c, px(outline.x[i]), py(outline.y[i]));
     if (outline.closed) {
       cairo_close_path(c);
       canvas_.colour({0.45, 0.45, 0.45, 0.6});
@@ -218,26 +219,44 @@ Colour ScenePainter::colour_of(const Scene& scene, std::size_t cell,
 
 void ScenePainter::paint_cells(const Scene& scene, const SceneStyle& style) const {
   for (std::size_t i = 0; i < scene.cells.size(); ++i) {
-    const SceneCell& cell = scene.cells[i];
-    const double radius = cell.radius * scale_;
-    if (style.cells == CellColour::none) {
-      // Light round dark: seen on any ground.
-      canvas_.disc(px(cell.x), py(cell.y), radius);
-      canvas_.stroke(1.4 * line_, {1, 1, 1, 0.6});
-      canvas_.disc(px(cell.x), py(cell.y), radius);
-      canvas_.stroke(0.6 * line_, black);
-      continue;
-    }
-    const Colour colour = colour_of(scene, i, style);
-    const bool by_state = style.cells == CellColour::state;
-    const bool thick = by_state && cell.dividing;
-    // The rim lies inside, so that the disc keeps its true radius.
-    const double rim = (thick ? 0.3 : 0.1) * radius;
-    canvas_.disc(px(cell.x), py(cell.y), radius);
-    canvas_.fill(colour);
-    canvas_.disc(px(cell.x), py(cell.y), radius - rim / 2);
-    canvas_.stroke(rim, thick ? black : by_state ? darker(colour, 0.6) : rgb(0x505050));
+    const bool first = i == 0 || scene.cells[i].organism != scene.cells[i - 1].organism;
+    if (first && !setting_.organisms.empty() && style.cells != CellColour::none)
+      surround_organism(scene, i);
+    paint_cell(scene, i, style);
   }
+}
+
+// A little more than all its cells, which are drawn over it: what is seen of it is an outline.
+void ScenePainter::surround_organism(const Scene& scene, std::size_t first) const {
+  const std::uint16_t organism = scene.cells[first].organism;
+  const double width = std::max(0.25 * scale_, 1.5 * line_);
+  for (std::size_t i = first; i < scene.cells.size() && scene.cells[i].organism == organism; ++i)
+    canvas_.disc(px(scene.cells[i].x), py(scene.cells[i].y),
+                 scene.cells[i].radius * scale_ + width);
+  canvas_.fill(colour_of_organism(organism));
+}
+
+void ScenePainter::paint_cell(const Scene& scene, std::size_t i, const SceneStyle& style) const {
+  const SceneCell& cell = scene.cells[i];
+  const double radius = cell.radius * scale_;
+  if (style.cells == CellColour::none) {
+    // Light round dark: seen on any ground.
+    canvas_.disc(px(cell.x), py(cell.y), radius);
+    canvas_.stroke(1.4 * line_, {1, 1, 1, 0.6});
+    canvas_.disc(px(cell.x), py(cell.y), radius);
+    canvas_.stroke(0.6 * line_,
+                   setting_.organisms.empty() ? black : colour_of_organism(cell.organism));
+    return;
+  }
+  const Colour colour = colour_of(scene, i, style);
+  const bool by_state = style.cells == CellColour::state;
+  const bool thick = by_state && cell.dividing;
+  // The rim lies inside, so that the disc keeps its true radius.
+  const double rim = (thick ? 0.3 : 0.1) * radius;
+  canvas_.disc(px(cell.x), py(cell.y), radius);
+  canvas_.fill(colour);
+  canvas_.disc(px(cell.x), py(cell.y), radius - rim / 2);
+  canvas_.stroke(rim, thick ? black : by_state ? darker(colour, 0.6) : rgb(0x505050));
 }
 
 void ScenePainter::paint_tables(const Scene& scene) const {

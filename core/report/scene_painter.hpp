@@ -2,7 +2,8 @@
 //
 // From below: what the ground shows (a grid's content inside the world, or morphogens), stripes
 // where a resource ever was, the world's circle, outlines of environments, cells at their true
-// radius (dividing ones have a black rim), and the rows of tables with columns x and y (particles).
+// radius (dividing ones have a black rim; where several organisms share the world, each has an
+// outline of its own colour), and the rows of tables with columns x and y (particles).
 #pragma once
 
 #include <span>
@@ -70,6 +71,8 @@ class ScenePainter {
   void paint_zones() const;
   void paint_outlines() const;
   void paint_cells(const Scene& scene, const SceneStyle& style) const;
+  void paint_cell(const Scene& scene, std::size_t cell, const SceneStyle& style) const;
+  void surround_organism(const Scene& scene, std::size_t first) const;
   void paint_tables(const Scene& scene) const;
   [[nodiscard]] Colour colour_of(const Scene& scene, std::size_t cell,
                                  const SceneStyle& style) const;

@@ -65,22 +65,55 @@ bool Timelapse::shows_morphogens() const {
          (options_.kind == PanelKind::grid && options_.grid.empty());
 }
 
-void Timelapse::expect(std::uint64_t life) {
+void Timelapse::expect(std::uint64_t life, const std::vector<std::uint64_t>& there) {
   if (!options_.steps.empty()) return;
   const bool rows = shows_morphogens();
-  options_.steps = even_steps(life, options_.columns * (rows ? 1 : 2));
+  std::vector<std::uint64_t>& steps = options_.steps;
+  steps = even_steps(life, options_.columns * (rows ? 1 : 2));
+  if (there.empty()) return;
+  for (std::uint64_t& step : steps) {
+    const auto after = std::lower_bound(there.begin(), there.end(), step);
+    const bool before = after == there.end() ||
+                        (after != there.begin() && step - *std::prev(after) <= *after - step);
+    step = before ? *std::prev(after) : *after;
+  }
+  steps.erase(std::unique(steps.begin(), steps.end()), steps.end());
+}
+
+void Timelapse::begin(Setting setting) {
+  if (shows_morphogens() && setting.morphogens == 0)
+    throw run::UsageError("this experiment has no morphogens");
+  setting_ = std::move(setting);
+  described_ = true;
+}
+
+bool Timelapse::wanted(std::uint64_t step) const {
+  return std::binary_search(options_.steps.begin(), options_.steps.end(), step);
+}
+
+void Timelapse::keep(Scene scene) {
+  scenes_.push_back(std::move(scene));
+  levels_.add(scenes_.back());
 }
 
 void Timelapse::observe(const model::Simulation& simulation) {
-  if (!described_) setting_ = setting_of(simulation, wants_);
-  if (!described_ && shows_morphogens() && setting_.morphogens == 0)
-    throw run::UsageError("this experiment has no morphogens");
-  described_ = true;
+  if (!described_) begin(setting_of(simulation, wants_));
   zones_.observe(simulation);
   last_step_ = simulation.state().step - 1;
-  if (!std::binary_search(options_.steps.begin(), options_.steps.end(), last_step_)) return;
-  scenes_.push_back(scene_of(simulation, setting_, wants_));
-  levels_.add(scenes_.back());
+  if (wanted(last_step_)) keep(scene_of(simulation, setting_, wants_));
+}
+
+void Timelapse::observe(const recording::Header& header, const recording::Frame& frame) {
+  if (!described_) begin(setting_of(header, wants_));
+  zones_.observe(header, frame);
+  last_step_ = frame.step;
+  if (!wanted(last_step_)) return;
+  if (!frame.has_fields && (setting_.grid != no_id || wants_.morphogens))
+    throw run::UsageError("--steps: the frame of step " + std::to_string(frame.step) +
+                          " has neither grids nor morphogens; frames at steps divisible by " +
+                          std::to_string(header.fields_every) + " have them" +
+                          (wants_.morphogens ? "" : ", and --grid none draws cells only"));
+  keep(scene_of(header, frame, setting_, wants_));
 }
 
 void Timelapse::check_complete() const {
@@ -182,6 +215,9 @@ std::vector<LegendEntry> Timelapse::legend() const {
     add_morphogen_entries(entries);
   else
     add_cell_entries(entries);
+  for (std::size_t o = 0; o < setting_.organisms.size(); ++o)
+    entries.push_back(
+        {.swatch = Swatch::rim, .colour = colour_of_organism(o), .words = setting_.organisms[o]});
   add_ground_entries(entries);
   return entries;
 }
@@ -193,10 +229,11 @@ void Timelapse::add_cell_entries(std::vector<LegendEntry>& entries) const {
   if (options_.kind == PanelKind::timelapse) {
     for (std::size_t s = 0; s < setting_.states.size(); ++s)
       entries.push_back({.colour = colour_of_state(s), .words = setting_.states[s]});
-    entries.push_back({.swatch = Swatch::rim, .words = "dividing"});
+    entries.push_back({.swatch = Swatch::rim, .colour = black, .words = "dividing"});
   }
   if (options_.kind == PanelKind::grid) {
-    entries.push_back({.swatch = Swatch::ring, .words = "cell"});
+    if (setting_.organisms.empty())
+      entries.push_back({.swatch = Swatch::ring, .colour = black, .words = "cell"});
     return;
   }
   for (std::size_t t = 0; t < setting_.tables.size(); ++t)
@@ -228,8 +265,8 @@ void Timelapse::add_ground_entries(std::vector<LegendEntry>& entries) const {
   for (const Zones::Zone& zone : zones_.zones())
     if (!zone.everywhere)
       entries.push_back({.swatch = Swatch::hatch, .words = "zone of " + zone.resource});
-  for (const model::Outline& outline : setting_.outlines) {
-    const std::string words = outline.owner + "." + outline.name;
+  for (const recording::Outline& outline : setting_.outlines) {
+    const std::string& words = outline.name;
     const auto known = [&](const LegendEntry& entry) { return entry.words == words; };
     if (std::any_of(entries.begin(), entries.end(), known)) continue;
     if (outline.closed)

@@ -41,10 +41,14 @@ class Timelapse {
   /// Throws run::UsageError if the panels would be narrower than `least_panel`.
   Timelapse(TimelapseOptions options, FigureSize size);
 
-  /// How long the life will be, for the steps that nobody chose.
-  void expect(std::uint64_t life);
+  /// How long the life will be, for the steps that nobody chose. `there` (ascending): those that
+  /// can be had, of which the nearest are taken; empty: all.
+  void expect(std::uint64_t life, const std::vector<std::uint64_t>& there = {});
   /// Call after every step.
   void observe(const model::Simulation& simulation);
+  /// Or with every frame of a recording. Throws run::UsageError for a step to draw whose frame has
+  /// no fields where the panels show some.
+  void observe(const recording::Header& header, const recording::Frame& frame);
   /// The file's bytes. Throws run::UsageError, naming the last step, if the life ended before a
   /// chosen one.
   [[nodiscard]] std::string render(const Subject& subject) const;
@@ -61,6 +65,9 @@ class Timelapse {
   [[nodiscard]] bool shows_morphogens() const;
   [[nodiscard]] double panel_side(double left) const;
   [[nodiscard]] double left_margin() const { return rows().size() > 1 ? 9 : 0; }
+  void begin(Setting setting);
+  [[nodiscard]] bool wanted(std::uint64_t step) const;
+  void keep(Scene scene);
   void check_complete() const;
   void paint(const Canvas& canvas, const Rect& body) const;
   [[nodiscard]] std::string title() const;

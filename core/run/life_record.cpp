@@ -45,16 +45,16 @@ std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
 std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
                                       const evaluation::Task& task, std::size_t own,
                                       evaluation::StopToken stop, const Observer& observer,
-                                      recording::Recorder* recorder) {
+                                      recording::LifeWitness* witness) {
   LifeRecord life = begin_life_record(*ecosystem.grow(task.roster[own].genome->tree));
   const auto watch = [&](const model::Simulation& simulation) {
     observe_step(simulation, own, life);
     if (observer) observer(simulation);
-    if (recorder != nullptr) recorder->observe(simulation);
+    if (witness != nullptr) witness->observe(simulation);
   };
-  const auto result = evaluation::simulate(ecosystem, task, stop, watch, recorder);
+  const auto result = evaluation::simulate(ecosystem, task, stop, watch, witness);
   if (!result) return std::nullopt;
-  if (recorder != nullptr) recorder->finish(*result);
+  if (witness != nullptr) witness->finish(*result);
   life.outcome = result->rows[own].outcome;
   life.score = result->rows[own].score;
   return life;

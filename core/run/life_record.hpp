@@ -9,7 +9,7 @@
 
 #include "core/evaluation/evaluator.hpp"
 #include "core/model/simulation.hpp"
-#include "core/recording/recorder.hpp"
+#include "core/recording/life_witness.hpp"
 
 namespace somas::run {
 
@@ -31,13 +31,13 @@ struct LifeRecord {
 using Observer = std::function<void(const model::Simulation&)>;
 
 /// Simulates as an evaluation does; tells the life of the organism at place `own` of the roster.
-/// Nothing if stopped early. `recorder` (may be null) records all of it. Throws
-/// model::PluginFailure, and what observer and recorder throw.
+/// Nothing if stopped early. `witness` (may be null) records all of it. Throws
+/// model::PluginFailure, and what observer and witness throw.
 [[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
                                                     const evaluation::Task& task, std::size_t own,
                                                     evaluation::StopToken stop = {},
                                                     const Observer& observer = {},
-                                                    recording::Recorder* recorder = nullptr);
+                                                    recording::LifeWitness* witness = nullptr);
 
 /// The same of an organism alone: of its single_task.
 [[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,

@@ -82,16 +82,16 @@ Moment moment_in(const std::filesystem::path& file, const Champion& champion,
 }
 
 LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer,
-                       recording::Recorder* recorder) {
+                       recording::LifeWitness* witness) {
   LifeRecord record = begin_life_record(*life.phenotypes[own]->tree);
   record.first_step = life.simulation->steps_done();
   const auto result =
       evaluation::complete(*life.simulation, {}, [&](const model::Simulation& simulation) {
         observe_step(simulation, own, record);
         if (observer) observer(simulation);
-        if (recorder != nullptr) recorder->observe(simulation);
+        if (witness != nullptr) witness->observe(simulation);
       });
-  if (recorder != nullptr) recorder->finish(*result);
+  if (witness != nullptr) witness->finish(*result);
   record.outcome = result->rows[own].outcome;
   record.score = result->rows[own].score;
   return record;

@@ -45,9 +45,9 @@ struct Life {
                                const model::Ecosystem& ecosystem);
 
 /// Simulates `life` to its end. The record, of the organism at place `own` of the roster,
-/// begins with the next step. `recorder` (may be null) must have been told to the simulation.
+/// begins with the next step. `witness` (may be null) must have been told to the simulation.
 [[nodiscard]] LifeRecord record_rest(Life& life, std::size_t own, const Observer& observer,
-                                     recording::Recorder* recorder = nullptr);
+                                     recording::LifeWitness* witness = nullptr);
 
 /// The part of a record from `step` on.
 [[nodiscard]] LifeRecord rest_of(const LifeRecord& record, std::uint64_t step);

@@ -21,12 +21,6 @@ std::string stem_of(std::uint64_t generation, std::uint32_t population) {
 
 fs::path recordings_in(const fs::path& run) { return run / "recordings"; }
 
-recording::RecorderOptions options_of(const experiment::RecordSettings& settings) {
-  return {.every = settings.every,
-          .fields_every = settings.fields_every == 0 ? settings.every : settings.fields_every,
-          .controller = settings.controller};
-}
-
 void write(const fs::path& file, const recording::FileWriter& writer) {
   std::error_code error;
   fs::create_directory(file.parent_path(), error);
@@ -45,6 +39,12 @@ fs::path individual_recording_path(const fs::path& run, std::uint64_t generation
                                    std::uint32_t population, std::uint64_t id) {
   return recordings_in(run) /
          (stem_of(generation, population) + "-id-" + std::to_string(id) + ".h5");
+}
+
+recording::RecorderOptions recorder_options(const experiment::RecordSettings& settings) {
+  return {.every = settings.every,
+          .fields_every = settings.fields_every == 0 ? settings.every : settings.fields_every,
+          .controller = settings.controller};
 }
 
 recording::Provenance provenance_of(const Champion& champion, const evolution::Heredity& heredity,
@@ -85,7 +85,7 @@ std::optional<LifeRecord> Recordings::live(const Champion& who, const fs::path& 
   recording::FileWriter writer;
   recording::Recorder recorder(*experiment_.ecosystem, who.own_seat, writer,
                                provenance_of(who, heredity_, experiment_, run_),
-                               options_of(experiment_.record));
+                               recorder_options(experiment_.record));
   std::optional<LifeRecord> life =
       record_life(*experiment_.ecosystem, task_of(who), who.own_seat, stop, {}, &recorder);
   if (life) write(file, writer);

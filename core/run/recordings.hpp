@@ -30,6 +30,10 @@ namespace somas::run {
                                                   const experiment::Experiment& experiment,
                                                   const std::filesystem::path& run);
 
+/// What of a life an experiment wants recorded.
+[[nodiscard]] recording::RecorderOptions recorder_options(
+    const experiment::RecordSettings& settings);
+
 /// Simulates lives again and records them as the experiment's `record` says. A file is written
 /// whole, after its life, or not at all.
 class Recordings {

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 
 #include "core/experiment/experiment.hpp"
 #include "core/model/snapshot.hpp"
 #include "core/plugins/suggest.hpp"
-#include "core/run/build_info.hpp"
 #include "core/run/manifest.hpp"
 #include "core/run/midlife.hpp"
+#include "core/run/recordings.hpp"
 #include "core/run/run_directory.hpp"
 
 namespace somas::run {
@@ -182,32 +183,34 @@ void check_same_kind(const experiment::Experiment& then, const experiment::Exper
   }
 }
 
-recording::Provenance provenance_of(const Champion& champion, const std::filesystem::path& run) {
-  return {
-      .experiment = champion.experiment,
-      .run =
-          std::filesystem::absolute(run / ".").lexically_normal().parent_path().filename().string(),
-      .version = std::string(build_info().version),
-      .resolved_yaml = {},
-      .generation = champion.generation,
-      .population = champion.population,
-      .individual = champion.individual.id,
-      .origin = std::string(evolution::name_of(champion.individual.origin)),
-      .parents = {},
-      .fitness = champion.life.score,
-      .genome_json = {},
-      .controller_genes = {},
-      .tree_genes = {}};
-}
+/// A recorder for each of the recipients.
+class Recorders {
+ public:
+  Recorders(const ReplayOptions& options, const Champion& champion,
+            const experiment::Experiment& experiment) {
+    if (options.recipients.empty()) return;
+    const evolution::Heredity heredity(*experiment.ecosystem);
+    std::vector<recording::LifeWitness*> all;
+    for (const Recipient& recipient : options.recipients) {
+      experiment::RecordSettings settings = experiment.record;
+      settings.every = recipient.every.value_or(settings.every);
+      settings.fields_every = recipient.fields_every.value_or(settings.fields_every);
+      settings.controller = recipient.controller.value_or(settings.controller);
+      recorders_.push_back(std::make_unique<recording::Recorder>(
+          *experiment.ecosystem, champion.own_seat, *recipient.sink,
+          provenance_of(champion, heredity, experiment, options.run), recorder_options(settings)));
+      all.push_back(recorders_.back().get());
+    }
+    witnesses_.emplace(std::move(all));
+  }
 
-/// Makes a recorder if somebody wants the life; it stays where it is.
-recording::Recorder* recorder_of(const ReplayOptions& options, const Champion& champion,
-                                 const model::Ecosystem& ecosystem,
-                                 std::optional<recording::Recorder>& place) {
-  if (options.sink == nullptr) return nullptr;
-  return &place.emplace(ecosystem, champion.own_seat, *options.sink,
-                        provenance_of(champion, options.run), options.recorder);
-}
+  /// Null if nobody wants the life.
+  [[nodiscard]] recording::LifeWitness* witness() { return witnesses_ ? &*witnesses_ : nullptr; }
+
+ private:
+  std::vector<std::unique_ptr<recording::Recorder>> recorders_;
+  std::optional<recording::LifeWitnesses> witnesses_;
+};
 
 // Keeps the state that is asked for when its step has come.
 Observer saving(const ReplayOptions& options, ReplayReport& report) {
@@ -238,16 +241,16 @@ bool replay_rest(const ReplayOptions& options, const experiment::Experiment& the
     changed = load_resolved(options, options.overrides, told);
     check_same_kind(then, *changed, champion);
   }
-  const model::Ecosystem& ecosystem = changed ? *changed->ecosystem : *then.ecosystem;
+  const experiment::Experiment& now = changed ? *changed : then;
   try {
-    Life life = live_from(ecosystem, champion, moment->world);
-    std::optional<recording::Recorder> place;
-    recording::Recorder* recorder = recorder_of(options, champion, ecosystem, place);
-    life.simulation->tell(recorder);
+    Life life = live_from(*now.ecosystem, champion, moment->world);
+    Recorders recorders(options, champion, now);
+    life.simulation->tell(recorders.witness());
     report.beginning = Beginning{.step = moment->step, .file = moment->file, .removed = {}};
     for (const model::Wound& wound : options.wounds)
       report.beginning->removed.push_back(life.simulation->wound(wound));
-    report.replayed = record_rest(life, champion.own_seat, saving(options, report), recorder);
+    report.replayed =
+        record_rest(life, champion.own_seat, saving(options, report), recorders.witness());
   } catch (const model::SnapshotError& error) {
     throw UsageError(std::string("--set: cannot be changed in mid-life: ") + error.what());
   }
@@ -308,11 +311,10 @@ ReplayReport replay(const ReplayOptions& options) {
     report.what_if = false;
   }
   if (!begun) {
-    std::optional<recording::Recorder> place;
+    Recorders recorders(options, report.recorded, experiment);
     report.replayed =
         *record_life(*experiment.ecosystem, task_of(report.recorded), report.recorded.own_seat, {},
-                     saving(options, report),
-                     recorder_of(options, report.recorded, *experiment.ecosystem, place));
+                     saving(options, report), recorders.witness());
   }
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);

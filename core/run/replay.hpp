@@ -8,11 +8,19 @@
 #include <string>
 #include <vector>
 
-#include "core/recording/recorder.hpp"
+#include "core/recording/sink.hpp"
 #include "core/run/champion.hpp"
 #include "core/run/state_file.hpp"
 
 namespace somas::run {
+
+/// Who receives a replayed life, and what of it; what is not said is as the `record` of the run
+/// says.
+struct Recipient {
+  recording::Sink* sink = nullptr;
+  std::optional<std::uint64_t> every = {}, fields_every = {};  ///< see recording::RecorderOptions
+  std::optional<bool> controller = {};
+};
 
 struct ReplayOptions {
   std::filesystem::path run;
@@ -21,8 +29,7 @@ struct ReplayOptions {
   std::vector<std::string> overrides;       ///< --set; any makes the replay a what-if, unchecked
   std::vector<std::filesystem::path> plugin_directories;  ///< default: those of the run
   Observer observer;                                      ///< sees every step
-  recording::Sink* sink = nullptr;                        ///< receives the replayed life
-  recording::RecorderOptions recorder = {};               ///< what of it
+  std::vector<Recipient> recipients = {};
   /// Hears whose life it will be, before the first step.
   std::function<void(const Champion&)> prelude = {};
   /// Where to begin: before a step, or with a state file; default: at birth. Overrides hold from

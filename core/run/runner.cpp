@@ -52,6 +52,7 @@ struct Ways {
   evaluation::Backend* backend = nullptr;
   unsigned threads = 0;
   bool quiet = false;
+  bool any_machine = false;  ///< even if it computes other bits than those before
 };
 
 /// From where the directory stands to the end, with progress on the terminal.
@@ -62,6 +63,8 @@ RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& dire
       ways.backend != nullptr ? nullptr : evaluation::thread_backend(ways.threads);
   evaluation::Backend& backend = ways.backend != nullptr ? *ways.backend : *own_backend;
   const auto evaluator = backend.evaluator(experiment);
+  if (const auto reference = directory.store().reference(); reference && !ways.any_machine)
+    evaluator->expect(*reference);
   const evolution::Settings& settings = experiment.evolution;
   const std::uint64_t finished = directory.store().generations();
   std::optional<Progress> progress;
@@ -124,7 +127,8 @@ RunReport resume(const ResumeOptions& options, Terminal& terminal, evaluation::S
   const std::vector<GivenGenome> files = genomes_in(options.run);
   Given given = parse_genomes(files, resumption.experiment);
   return carry_out(resumption.experiment, *resumption.directory, std::move(given.genomes),
-                   {options.backend, options.threads, options.quiet}, terminal, stop);
+                   {options.backend, options.threads, options.quiet, options.accept_changes},
+                   terminal, stop);
 }
 
 }  // namespace somas::run

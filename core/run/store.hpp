@@ -93,6 +93,10 @@ class Store {
 
   /// Notes that somebody went on with the run.
   void note_session(unsigned workers);
+  /// What the reference simulation gives, in the session that was noted last.
+  void note_reference(const evaluation::Reference& reference);
+  /// The one noted last, in any session.
+  [[nodiscard]] std::optional<evaluation::Reference> reference() const;
   /// Makes the store one plain file, readable where nothing may be written. For the end of a run;
   /// does nothing while others read it.
   void settle() noexcept;

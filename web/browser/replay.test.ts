@@ -4,9 +4,11 @@ import axe from 'axe-core';
 import type { Browser, Page } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, describe, expect, it } from 'vitest';
 
+import { Chance } from './chance';
 import { drawn, launch, open, pixels, press, seek, shoot, stepOf, Workshop, type Look, type Opened } from './support';
 
 const workshop = new Workshop();
+const chance = new Chance('steps with counts');
 const nutritive = '#E69F00';
 let browser: Browser;
 
@@ -99,8 +101,7 @@ describe('the page of one life', () => {
 
   it('shows at any step the numbers of cells that the replay counted', async () => {
     const steps = census('life.csv');
-    for (let i = 0; i < 3; ++i) {
-      const { step, cells } = steps[Math.floor(Math.random() * steps.length)];
+    for (const { step, cells } of chance.several(3, steps.length).map((i) => steps[i])) {
       await seek(page, step);
       const expected = Object.entries(cells).map(([name, count]) => `${count} ${name}`).join(', ');
       const total = Object.values(cells).reduce((sum, count) => sum + count, 0);
@@ -318,6 +319,26 @@ describe('the page of two lives', () => {
     await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
     expect(await violations(page)).toEqual([]);
     await shoot(page, 'two-lives');
+    expect(complaints).toEqual([]);
+    await close();
+  });
+});
+
+describe('the page of organisms in company', () => {
+  it('outlines each in a colour of its own, as long as that layer is on', async () => {
+    workshop.run('competition.yaml', 'company', '--set', 'evolution.population=8', '--generations', '2');
+    workshop.host('replay', 'company', '--html', 'company.html');
+    const { page, complaints, close } = await open(browser, workshop.path('company.html'));
+    const colours = ['#00504a', '#c0268b'];
+    for (const colour of colours) expect(await pixels(page, colour)).toBeGreaterThan(20);
+    expect(await page.locator('#layers').textContent()).toMatch(/outline of organism [12] \(this champion\)/);
+    await shoot(page, 'company');
+    await page.uncheck('[data-layer="organism:1"]');
+    expect(await pixels(page, colours[0])).toBeGreaterThan(20);
+    expect(await pixels(page, colours[1])).toBeLessThan(5);
+    await page.selectOption('#colour', 'organism');
+    expect(await pixels(page, colours[1])).toBeGreaterThan(50);
+    expect(await violations(page)).toEqual([]);
     expect(complaints).toEqual([]);
     await close();
   });

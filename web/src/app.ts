@@ -358,7 +358,7 @@ export class App {
     const by = this.side.colour;
     const range = commonRange(this.views.map(({ recording }) => recording.attribute(by)));
     for (const view of this.views)
-      view.paint = paintOf(view.recording, by, view.clones, this.stateIndex, range);
+      view.paint = paintOf(view.recording, by, view.clones, this.stateIndex, range, this.theme);
     this.side.drawLegend(this.views.map(({ paint }) => paint));
     this.changed();
   }

@@ -8,6 +8,11 @@ const causeColours = {
   light: ['#525252', '#8C510A', '#762A83', '#B2182B', '#01665E', '#2166AC'],
   dark: ['#B8B8B8', '#DFA35B', '#C79AD2', '#F4727E', '#5CC7BA', '#7FB5E6'],
 };
+/** Of organisms that share a world, as in the host's pictures on light ground. */
+const organismColours = {
+  light: ['#00504a', '#c0268b', '#7a7a7a', '#7a3b00', '#4b3fa0'],
+  dark: ['#4db6ac', '#ff6ec7', '#9a9a9a', '#d39a5b', '#a79cf0'],
+};
 /** Tints of fields; a grid with a resource is first. */
 const fieldTints = {
   light: ['#6f7f64', '#b0358f', '#1583a8', '#b8860b', '#5b53c4', '#b04a2b'],
@@ -42,6 +47,8 @@ export function stateColour(state: number): string {
 }
 export const tableColour = (table: number, theme: Theme): string =>
   tableColours[theme][table % tableColours[theme].length];
+export const organismColour = (organism: number, theme: Theme): string =>
+  organismColours[theme][organism % organismColours[theme].length];
 export const causeColour = (cause: number, theme: Theme): string =>
   causeColours[theme][cause % causeColours[theme].length];
 export const fieldColour = (grid: number, theme: Theme): string =>

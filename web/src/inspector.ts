@@ -75,7 +75,13 @@ export class Inspector {
     const action = recording.actionName(row);
     fact('action', 'action', words(action), action);
     fact('age', 'age', plural(step - recording.born[row], 'step'), step - recording.born[row]);
-    fact('position', 'x', `${number(recording.x[row])}, ${number(recording.y[row])}`, recording.x[row]);
+    const along = (field: 'x' | 'y') =>
+      h(
+        'span',
+        { 'data-field': field, 'data-value': String(recording[field][row]), title: String(recording[field][row]) },
+        number(recording[field][row]),
+      );
+    list.append(h('dt', {}, 'position'), h('dd', {}, along('x'), ', ', along('y')));
     fact('radius', 'radius', number(recording.radius[row]), recording.radius[row]);
     for (const attribute of recording.attributes)
       if (attribute.group !== 'output')

@@ -1,5 +1,5 @@
 // What colour a cell has, by the choice of the viewer.
-import { cloneColour, levelColour, stateColour } from './colours';
+import { cloneColour, levelColour, organismColour, stateColour, type Theme } from './colours';
 import type { Attribute, CellName, Recording } from './recording';
 
 /** "state", "clone", "organism", or the name of an attribute. */
@@ -84,6 +84,7 @@ export function paintOf(
   clones: Clones,
   stateIndex: (name: string) => number,
   range: { low: number; high: number },
+  theme: Theme,
 ): Paint {
   const attribute = recording.attribute(by);
   if (attribute) return paintAttribute(attribute, range);
@@ -100,10 +101,10 @@ export function paintOf(
     };
   if (by === 'organism')
     return {
-      colour: (row) => cloneColour(recording.organism[row]),
+      colour: (row) => organismColour(recording.organism[row], theme),
       kinds: recording.header.organisms.map((_, o) => ({
-        colour: cloneColour(o),
-        label: `organism ${o + 1}${o === recording.header.own ? ' (this champion)' : ''}`,
+        colour: organismColour(o, theme),
+        label: recording.organismName(o),
       })),
     };
   const colours = recording.stateNames.map((name) => stateColour(stateIndex(name)));

@@ -227,6 +227,9 @@ export class Recording {
   stateName(organism: number, state: number): string {
     return this.header.organisms[organism].states[state].name;
   }
+  organismName(organism: number): string {
+    return `organism ${organism + 1}${organism === this.header.own ? ' (this champion)' : ''}`;
+  }
   actionName(row: number): string {
     return this.header.actions[this.action[row]];
   }

@@ -1,11 +1,11 @@
 // What cells are coloured by, and which layers are on.
-import { fieldColour, scaleColour, tableColour, type Theme } from './colours';
+import { fieldColour, organismColour, scaleColour, tableColour, type Theme } from './colours';
 import { byId, h, swatch } from './dom';
 import type { Legend } from './exporter';
 import { number, words } from './format';
 import type { Paint } from './paint';
 import type { AttributeGroup, Recording } from './recording';
-import { layerOfGrid, layerOfTable } from './stage';
+import { layerOfGrid, layerOfOrganism, layerOfTable } from './stage';
 
 interface Layer {
   name: string;
@@ -159,7 +159,18 @@ export class SidePanel {
     const add = (layer: Layer) => {
       if (!layers.some(({ name }) => name === layer.name)) layers.push(layer);
     };
-    for (const { header } of recordings) {
+    for (const recording of recordings) {
+      const { header } = recording;
+      // Alone in its world an organism needs no outline.
+      if (header.organisms.length > 1)
+        header.organisms.forEach((_, o) => {
+          add({
+            name: layerOfOrganism(o),
+            label: `outline of ${recording.organismName(o)}`,
+            on: true,
+            colour: (theme) => organismColour(o, theme),
+          });
+        });
       if (header.outlines.length > 0) add({ name: 'outlines', label: 'outlines', on: true });
       header.tables.forEach((name, t) => {
         add({ name: layerOfTable(name), label: words(name), on: true, colour: (theme) => tableColour(t, theme) });

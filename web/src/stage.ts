@@ -2,7 +2,7 @@
 // tables, the selection.
 import type { Camera } from './camera';
 import { roundLength } from './camera';
-import { causeColour, channels, fieldColour, tableColour, type Theme } from './colours';
+import { causeColour, channels, fieldColour, organismColour, tableColour, type Theme } from './colours';
 import { overlaps } from './contacts';
 import { number } from './format';
 import type { Paint } from './paint';
@@ -28,10 +28,12 @@ const inks = {
 const deathSteps = 12;
 
 export const layerOfGrid = (name: string): string => `grid:${name}`;
+export const layerOfOrganism = (organism: number): string => `organism:${organism}`;
 export const layerOfTable = (name: string): string => `table:${name}`;
 
 export class Stage {
   private readonly sprites = new Sprites();
+  private readonly dots = new Sprites();
   private readonly fields = new Map<number, { key: string; picture: HTMLCanvasElement }>();
 
   constructor(
@@ -175,7 +177,9 @@ export class Stage {
     this.sprites.prepare(1.5 * scale * ratio, scene.theme);
     const marked = scene.layers.has('actions');
     const family = scene.family ? scene.selected : undefined;
-    for (let row = rowStart[scene.frame]; row < rowStart[scene.frame + 1]; ++row) {
+    const begin = rowStart[scene.frame];
+    for (let row = begin; row < rowStart[scene.frame + 1]; ++row) {
+      if (row === begin || organism[row] !== organism[row - 1]) this.surround(c, width, height, scene, row);
       const r = radius[row] * scale;
       const [px, py] = this.camera.toScreen(x[row], y[row], width, height);
       if (px + r < 0 || px - r > width || py + r < 0 || py - r > height) continue;
@@ -187,6 +191,23 @@ export class Stage {
       c.drawImage(this.sprites.disc(scene.paint.colour(row), mark), px - r, py - r, 2 * r, 2 * r);
     }
     c.globalAlpha = 1;
+  }
+
+  /** A little more than all cells of an organism, which are drawn over it: its outline. */
+  private surround(c: CanvasRenderingContext2D, width: number, height: number, scene: Scene, first: number): void {
+    const { x, y, radius, rowStart, organism } = this.recording;
+    if (!scene.layers.has(layerOfOrganism(organism[first]))) return;
+    const rim = Math.max(2, 0.25 * this.camera.scale);
+    c.beginPath();
+    for (let row = first; row < rowStart[scene.frame + 1] && organism[row] === organism[first]; ++row) {
+      const [px, py] = this.camera.toScreen(x[row], y[row], width, height);
+      const r = radius[row] * this.camera.scale + rim;
+      c.moveTo(px + r, py);
+      c.arc(px, py, r, 0, 2 * Math.PI);
+    }
+    c.globalAlpha = 1;
+    c.fillStyle = organismColour(organism[first], scene.theme);
+    c.fill();
   }
 
   private drawContacts(c: CanvasRenderingContext2D, width: number, height: number, scene: Scene): void {
@@ -206,14 +227,14 @@ export class Stage {
       if (!scene.layers.has(layerOfTable(name))) return;
       const { x, y } = this.recording.table(t, scene.frame);
       const radius = Math.max(1.5, 0.22 * this.camera.scale);
-      c.beginPath();
+      // Stamped: one path of hundreds of circles takes many times as long to fill.
+      this.dots.prepare(radius * c.getTransform().a, scene.theme);
+      const dot = this.dots.disc(tableColour(t, scene.theme), 'plain');
       for (let i = 0; i < x.length; ++i) {
         const [px, py] = this.camera.toScreen(x[i], y[i], width, height);
-        c.moveTo(px + radius, py);
-        c.arc(px, py, radius, 0, 2 * Math.PI);
+        if (px + radius < 0 || px - radius > width || py + radius < 0 || py - radius > height) continue;
+        c.drawImage(dot, px - radius, py - radius, 2 * radius, 2 * radius);
       }
-      c.fillStyle = tableColour(t, scene.theme);
-      c.fill();
     });
   }
 

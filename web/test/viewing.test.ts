@@ -132,7 +132,7 @@ describe('paint', () => {
   const clones = new Clones(life, 11);
 
   it('is by state', () => {
-    const paint = paintOf(life, 'state', clones, names, { low: 0, high: 1 });
+    const paint = paintOf(life, 'state', clones, names, { low: 0, high: 1 }, 'light');
     expect([1, 2].map((row) => paint.colour(row))).toEqual([stateColour(0), stateColour(1)]);
     expect(paint.kinds.map(({ label }) => label)).toEqual(['root', 'leaf']);
   });
@@ -140,7 +140,7 @@ describe('paint', () => {
   it('is by a quantity, on a scale from 0', () => {
     const range = commonRange([life.attribute('energy'), undefined]);
     expect(range).toEqual({ low: 0, high: 1 });
-    const paint = paintOf(life, 'energy', clones, names, range);
+    const paint = paintOf(life, 'energy', clones, names, range, 'light');
     expect(paint.colour(0)).toBe(scaleColour(1));
     expect(paint.colour(4)).toBe('#9a9a9a');
   });

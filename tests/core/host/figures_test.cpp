@@ -177,6 +177,54 @@ TEST_F(Figures, ALifeThatIsNotTheRecordedOneIsNotDrawn) {
   EXPECT_FALSE(fs::exists(path("m.mp4")));
 }
 
+TEST_F(Figures, ARecordingMakesTheFiguresOfItsLife) {
+  ASSERT_EQ(host({"replay", "a", "--record", "r.h5", "--every", "1"}), 0) << err_;
+  for (const std::string what : {"population", "phases"}) {
+    ASSERT_EQ(host({"render", "a", "--what", what, "--out", "a.svg"}), 0) << err_;
+    ASSERT_EQ(host({"render", "r.h5", "--what", what, "--out", "r.svg"}), 0) << err_;
+    EXPECT_EQ(text("r.svg"), text("a.svg")) << what;
+  }
+  // Places of cells are single precision there; all else is the same.
+  const auto words = [&](const std::string& name) {
+    const std::string svg = text(name);
+    const std::size_t from = svg.find("<title>");
+    return svg.substr(from, svg.find("</desc>") - from);
+  };
+  const auto shapes = [&](const std::string& name) {
+    std::size_t found = 0;
+    const std::string svg = text(name);
+    for (std::size_t at = svg.find("<path"); at != std::string::npos;
+         at = svg.find("<path", at + 1))
+      ++found;
+    return found;
+  };
+  for (const std::string what : {"timelapse", "energy", "morphogens", "grid"}) {
+    ASSERT_EQ(host({"render", "a", "--what", what, "--out", "a.svg"}), 0) << err_;
+    ASSERT_EQ(host({"render", "r.h5", "--what", what, "--out", "r.svg"}), 0) << err_;
+    EXPECT_EQ(words("r.svg"), words("a.svg")) << what;
+    EXPECT_EQ(shapes("r.svg"), shapes("a.svg")) << what;
+  }
+}
+
+TEST_F(Figures, ARecordingIsDrawnWhereItHasFrames) {
+  ASSERT_EQ(host({"replay", "a", "--record", "r.h5", "--every", "4", "--fields-every", "8"}), 0);
+  ASSERT_EQ(host({"render", "r.h5", "--what", "timelapse", "--out", "p.svg"}), 0) << err_;
+  EXPECT_THAT(text("p.svg"), HasSubstr("step 8\n"));
+  ASSERT_EQ(host({"render", "r.h5", "--what", "energy", "--steps", "4", "--out", "p.svg"}), 0);
+  EXPECT_THAT(text("p.svg"), HasSubstr("step 4\n"));
+  fs::remove(path("p.svg"));
+  refused({"render", "r.h5", "--what", "energy", "--steps", "6", "--out", "p.svg"},
+          "--steps: the recording has no frame of step 6; the nearest: 4 and 8");
+  refused({"render", "r.h5", "--what", "timelapse", "--steps", "4", "--out", "p.svg"},
+          "the frame of step 4 has neither grids nor morphogens; frames at steps divisible by 8");
+  refused({"render", "r.h5", "--what", "energy"}, "r.h5 is a recording: --out must name");
+  refused({"render", "r.h5", "--what", "evolution", "--out", "p.svg"}, "needs a run directory");
+  refused({"render", "r.h5", "--what", "energy", "--set", "seed=1", "--out", "p.svg"},
+          "--set needs a run directory; r.h5 is a recording");
+  refused({"render", "toy.yaml", "--what", "energy", "--out", "p.svg"}, "toy.yaml: not an HDF5");
+  EXPECT_FALSE(fs::exists(path("p.svg")));
+}
+
 TEST_F(Figures, AFigureIsWholeOrAsItWas) {
   write_file(path("p.svg"), "before");
   EXPECT_EQ(host({"render", "a", "--what", "timelapse", "--out", "p.svg"}, 1024), 5) << err_;
@@ -207,6 +255,16 @@ TEST_F(Figures, AMovieIsWebMToo) {
   EXPECT_THAT(out_, StartsWith("m.webm: "));
   EXPECT_THAT(err_, HasSubstr("100 %"));
   EXPECT_THAT(probe("m.webm", "stream=codec_name"), "vp9");
+}
+
+TEST_F(Figures, ARecordingIsFilmed) {
+  ASSERT_EQ(host({"replay", "a", "--record", "r.h5", "--every", "2", "--fields-every", "4"}), 0);
+  ASSERT_EQ(host({"movie", "a", "--out", "a.mp4", "--every", "4", "--width", "320"}), 0) << err_;
+  ASSERT_EQ(host({"movie", "r.h5", "--out", "r.mp4", "--every", "4", "--width", "320"}), 0) << err_;
+  EXPECT_EQ(probe("r.mp4", "stream=nb_read_frames"), probe("a.mp4", "stream=nb_read_frames"));
+  refused({"movie", "r.h5", "--out", "m.mp4", "--every", "3"}, "has a frame every 2 steps");
+  refused({"movie", "r.h5", "--out", "m.mp4", "--generation", "1"}, "r.h5 is a recording");
+  refused({"movie", "r.h5"}, "r.h5 is a recording: --out must name the movie");
 }
 
 TEST_F(Figures, WithoutFfmpegThereIsNoMovieButAReason) {

@@ -66,6 +66,86 @@ TEST_F(HostRecording, TheOptionIsTheKey) {
   EXPECT_THAT(err_, HasSubstr("champion"));
 }
 
+TEST_F(HostRecording, AReplayWritesTheFileOfTheRun) {
+  ASSERT_EQ(host({"toy.yaml", "--record", "champions", "--out", "a"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--record", "again.h5"}), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("recording: again.h5\n"));
+  EXPECT_EQ(run::read_file(path("again.h5")), run::read_file(path("a/recordings/gen-0001.h5")));
+  ASSERT_EQ(host({"replay", "a", "--generation", "0", "--record", "again.h5"}), 0) << err_;
+  EXPECT_EQ(run::read_file(path("again.h5")), run::read_file(path("a/recordings/gen-0000.h5")));
+}
+
+TEST_F(HostRecording, AReplayRecordsWhatIsAskedFor) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--record", "all.h5", "--every", "1", "--fields-every", "4"}), 0);
+  const recording::Recording all = recording::read(path("all.h5"));
+  EXPECT_EQ(all.frames.size(), all.ending.steps);
+  EXPECT_EQ(all.header.fields_every, 4u);
+  ASSERT_EQ(host({"replay", "a", "--record", "late.h5", "--from-step", "7", "--set",
+                  "environments.field.hazard=0"}),
+            0)
+      << err_;
+  const recording::Recording late = recording::read(path("late.h5"));
+  EXPECT_EQ(late.header.first_step, 7u);
+  EXPECT_EQ(late.ending.steps, 200u);
+  EXPECT_THAT(late.header.provenance.resolved_yaml, HasSubstr("hazard: 0\n"));
+}
+
+TEST_F(HostRecording, AReplayMakesPageRecordingAndPictureAtOnce) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--record", "alone.h5"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--html", "alone.html"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--record", "r.h5", "--html", "p.html", "--picture", "p.svg",
+                  "--steps", "3", "--csv", "c.csv"}),
+            0)
+      << err_;
+  EXPECT_EQ(run::read_file(path("r.h5")), run::read_file(path("alone.h5")));
+  EXPECT_EQ(run::read_file(path("p.html")), run::read_file(path("alone.html")));
+  EXPECT_TRUE(fs::exists(path("p.svg")));
+  EXPECT_TRUE(fs::exists(path("c.csv")));
+}
+
+TEST_F(HostRecording, ARecordingMakesThePageThatItsReplayMakes) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--record", "r.h5", "--every", "1", "--html", "p.html"}), 0);
+  ASSERT_EQ(host({"replay", "r.h5", "--html", "q.html"}), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("page: q.html, "));
+  EXPECT_EQ(run::read_file(path("q.html")), run::read_file(path("p.html")));
+  ASSERT_EQ(host({"replay", "r.h5", "--html", "two.html", "--compare", "r.h5"}), 0) << err_;
+  ASSERT_EQ(host({"replay", "a", "--html", "two-b.html", "--compare", "r.h5"}), 0) << err_;
+  EXPECT_EQ(run::read_file(path("two.html")), run::read_file(path("two-b.html")));
+}
+
+TEST_F(HostRecording, AReplayRefusesWhatItCannotDo) {
+  ASSERT_EQ(host({"toy.yaml", "--record", "champions", "--out", "a"}), 0) << err_;
+  fs::copy(path("a/recordings/gen-0001.h5"), path("r.h5"));
+  const auto refused = [&](std::vector<std::string> arguments, const std::string& message) {
+    arguments.insert(arguments.begin(), "replay");
+    EXPECT_EQ(host(std::move(arguments)), 2);
+    EXPECT_THAT(err_, HasSubstr(message));
+    EXPECT_FALSE(fs::exists(path("p")));
+  };
+  refused({"a", "--record", "p", "--html", "p"}, "--html and --record name the same file: p");
+  refused({"a", "--record", "a/recordings/gen-0001.h5"}, "belongs to the run");
+  refused({"a", "--record", ""}, "--record: the name is empty");
+  refused({"a", "--every", "2"}, "give --html or --record");
+  refused({"r.h5"}, "r.h5 is a recording, which cannot be replayed; --html FILE makes a page");
+  refused({"r.h5", "--html", "p", "--set", "seed=3"}, "--set needs a run directory");
+  refused({"r.h5", "--html", "p", "--every", "3"}, "--every needs a run directory");
+  refused({"r.h5", "--html", "r.h5"}, "name the same file");
+  refused({"a", "--html", "p", "--compare", "r.h5", "--compare-set", "seed=3"},
+          "r.h5 is a recording");
+  refused({"toy.yaml", "--html", "p"}, "toy.yaml: not an HDF5 file");
+}
+
+TEST_F(HostRecording, OfAReplayIsWholeOrAbsent) {
+  ASSERT_EQ(host({"toy.yaml", "--out", "a"}), 0) << err_;
+  EXPECT_EQ(host({"replay", "a", "--record", "r.h5"}, 4096), 5);
+  EXPECT_THAT(err_, HasSubstr("/r.h5: File too large"));
+  EXPECT_FALSE(fs::exists(path("r.h5")));
+  EXPECT_EQ(host({"replay", "a", "--record", "none/r.h5"}), 5);
+}
+
 TEST_F(HostRecording, AFullDiskNamesTheFileAndLeavesNoHalfOne) {
   // The store has room, the first recording has not.
   EXPECT_EQ(

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <unistd.h>
 
 #include <gmock/gmock.h>
@@ -27,6 +30,11 @@ std::vector<std::byte> bytes_of(const Recording& recording) {
 
 bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 class RecordingFile : public testing::Test {
@@ -67,6 +75,20 @@ class RecordingFile : public testing::Test {
   Bench bench_;
   Recording recording_;
 };
+
+// The schema and what a certain life puts into it, as another reader of HDF5 finds it. What changes
+// here changes for everybody who reads recordings: format_version and docs/recording.md go along.
+// SOMAS_UPDATE_GOLDEN=1 writes the file anew.
+TEST_F(RecordingFile, HoldsWhatTheGoldenFileSays) {
+  const fs::path here = fs::path(SOMAS_SOURCE_DIR) / "tests/core/recording";
+  const fs::path found = directory_ / "found.txt", golden = here / "recording.golden";
+  const std::string command = "/usr/bin/python3 '" + (here / "describe.py").string() + "' '" +
+                              file_.string() + "' >'" + found.string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0) << "this needs python3-h5py";
+  if (std::getenv("SOMAS_UPDATE_GOLDEN") != nullptr)
+    fs::copy_file(found, golden, fs::copy_options::overwrite_existing);
+  EXPECT_EQ(text_of(found), text_of(golden));
+}
 
 TEST_F(RecordingFile, ReadsBackWhatWasWritten) {
   const Recording back = read(file_);

@@ -104,6 +104,42 @@ TEST_F(FiguresOfARun, ReplicatesOfDifferentLengthAreShownAsFarAsAllGot) {
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("from 2 to 3 generations")));
 }
 
+TEST_F(FiguresOfARun, ACampaignIsALineAndABandACondition) {
+  make_run("c/m=1/replicate-001", 1, {{10, 4}, {20, 8}});
+  make_run("c/m=1/replicate-002", 2, {{14, 4}, {22, 8}});
+  make_run("c/m=2/replicate-001", 1, {{30, 4}, {50, 8}, {90, 9}});
+  const std::string head = "run,condition,replicate,seed,status,directory,m,generations\n";
+  const std::string lines =
+      "1,m=1,1,1,complete,m=1/replicate-001,1,2\n"
+      "2,m=1,2,2,complete,m=1/replicate-002,1,2\n"
+      "3,m=2,1,1,complete,m=2/replicate-001,2,3\n";
+  run::write_file(path("c/index.csv"), head + lines + "4,m=2,2,2,failed,m=2/replicate-002,2,\n");
+  const std::string svg = evolution({"c"});
+  EXPECT_THAT(title(svg), HasSubstr("Campaign c, a line a condition: median over its replicates"));
+  EXPECT_THAT(written(svg), AllOf(HasSubstr("m=1 (2 replicates)\n"), HasSubstr("m=2 (1 replicate)"),
+                                  HasSubstr("best survival (steps)\n")));
+  // The band of each.
+  EXPECT_EQ(filled(svg, colour_of_state(0)), 1);
+  EXPECT_EQ(filled(svg, colour_of_state(1)), 1);
+  EXPECT_EQ(filled(svg, colour_of_state(2)), 0);
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("condition m=2: 1 run of 2 not complete, left out")));
+}
+
+TEST_F(FiguresOfARun, ACampaignOfOneConditionIsItsReplicates) {
+  make_run("c/all/replicate-001", 1, {{10, 4}, {20, 8}});
+  make_run("c/all/replicate-002", 2, {{14, 4}, {22, 8}});
+  run::write_file(path("c/index.csv"),
+                  "condition,status,directory\n"
+                  "all,complete,all/replicate-001\nall,complete,all/replicate-002\n");
+  EXPECT_TRUE(evolution({"c"}) == evolution({"c/all"}));
+  EXPECT_THAT(refusal([&] {
+                (void)evolution({"a", "c"});
+              }),
+              HasSubstr("is a campaign, which is drawn alone"));
+  run::write_file(path("c/index.csv"), "condition,status,directory\nall,waiting,all/r\n");
+  EXPECT_THAT(refusal([&] { (void)evolution({"c"}); }), HasSubstr("no run of this campaign is"));
+}
+
 TEST_F(FiguresOfARun, FitnessOfDifferentKindsIsNotMixed) {
   make_run("b", 6, {{1, 1}}, "biomass");
   EXPECT_THAT(refusal([&] {

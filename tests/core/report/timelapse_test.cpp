@@ -203,6 +203,21 @@ TEST_F(TimelapseOfALife, AZoneKeepsItsStripesWhenTheResourceIsGone) {
   EXPECT_THAT(zones.zones()[0].squares, testing::Each(1));
 }
 
+TEST_F(TimelapseOfALife, OrganismsInCompanyHaveOutlinesOfTheirOwn) {
+  // Alone an organism has none.
+  EXPECT_EQ(filled(drawn({}), colour_of_organism(0)), 0);
+  Timelapse timelapse({.steps = {0}, .organism = 1}, {});
+  bench.founders = {{.key = 1, .x = -5}, {.key = 2, .x = 5}};
+  bench.start();
+  bench.steps(1);
+  timelapse.observe(bench.simulation());
+  const std::string svg = timelapse.render(subject);
+  EXPECT_EQ(filled(svg, colour_of_organism(0)), 1);
+  EXPECT_EQ(filled(svg, colour_of_organism(1)), 1);
+  EXPECT_THAT(written(svg),
+              AllOf(HasSubstr("organism 1\n"), HasSubstr("organism 2 (the champion)\n")));
+}
+
 TEST(EvenSteps, AreMultiplesOfARoundNumberWithinTheLife) {
   EXPECT_THAT(even_steps(1046, 10), ElementsAre(100, 200, 300, 400, 500, 600, 700, 800, 900, 1000));
   EXPECT_THAT(even_steps(12, 4), ElementsAre(2, 4, 6, 8));
