@@ -27,6 +27,10 @@ constexpr const char* resumable = "; finished work is saved, and the run can be 
 std::exception_ptr lost(const std::string& why) {
   return std::make_exception_ptr(EvaluatorsLost(why + resumable));
 }
+/// The same for everybody.
+std::exception_ptr all_lost(const std::string& why) {
+  return std::make_exception_ptr(PoolLost(why + resumable));
+}
 
 }  // namespace
 
@@ -90,7 +94,7 @@ std::optional<std::vector<Result>> Pool::Dispatcher::evaluate(std::uint32_t expe
                                                               const ResultCallback& finished) {
   const auto job = std::make_shared<Job>(experiment, tasks);
   std::unique_lock lock(mutex_);
-  if (lost_) throw EvaluatorsLost(*lost_);
+  if (lost_) throw PoolLost(*lost_);
   jobs_.push_back(job);
   wake();
 
@@ -170,7 +174,7 @@ void Pool::Dispatcher::run(const StationMaker& make_stations) {
       // A machine is lost, or no process can be started: all who wait are told.
       const std::scoped_lock lock(mutex_);
       lost_ = std::string(error.what()) + resumable;
-      fail_all(lost(error.what()));
+      fail_all(all_lost(error.what()));
       break;
     }
   }
@@ -330,6 +334,7 @@ void Pool::Dispatcher::take_results(Worker& worker, Reader in) {
   while (!in.done()) {
     const auto id = in.get<std::uint64_t>();
     const auto seconds = in.get<double>();
+    busy_seconds_ += seconds;
     Result result = decode_result(in);
     if (worker.items.empty() || worker.items.front().id != id) throw WireError();
     const Item item = worker.items.front();
@@ -453,7 +458,7 @@ void Pool::Dispatcher::refuse(Worker& worker, const std::string& why) {
                                 [](const Worker& w) { return w.state == State::refused; });
   if (none) {
     lost_ = last_refusal_ + "; no evaluator is left" + resumable;
-    fail_all(lost(last_refusal_ + "; no evaluator is left"));
+    fail_all(all_lost(last_refusal_ + "; no evaluator is left"));
   }
 }
 

@@ -1,6 +1,7 @@
 // The mind of a pool: who works on what, and what becomes of those who die over it.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -53,6 +54,7 @@ class Pool::Dispatcher {
   [[nodiscard]] std::optional<Reference> reference(std::uint32_t experiment) const;
   void expect(std::uint32_t experiment, const Reference& reference);
   [[nodiscard]] std::size_t workers() const { return workers_.size(); }
+  [[nodiscard]] double busy_seconds() const { return busy_seconds_; }
 
  private:
   struct Experiment {
@@ -121,6 +123,7 @@ class Pool::Dispatcher {
   std::string last_refusal_;
   std::optional<std::string> lost_;  ///< why no work can be done any more
   bool ending_ = false;
+  std::atomic<double> busy_seconds_ = 0;  ///< as evaluators measured them
 
   std::vector<std::unique_ptr<Station>> stations_;  ///< of the thread alone
   std::vector<std::uint32_t> to_forget_;

@@ -69,6 +69,12 @@ class EvaluatorsLost : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The same, for all who share the evaluators: none is left, or a machine is lost.
+class PoolLost final : public EvaluatorsLost {
+ public:
+  using EvaluatorsLost::EvaluatorsLost;
+};
+
 /// No simulation can be done: the experiment's plugins throw or crash in every reference
 /// simulation.
 class ExperimentFails : public std::runtime_error {

@@ -73,6 +73,8 @@ std::unique_ptr<Evaluator> Pool::evaluator(const experiment::Experiment& experim
 
 unsigned Pool::workers() const { return static_cast<unsigned>(dispatcher_->workers()); }
 
+double Pool::busy_seconds() const { return dispatcher_->busy_seconds(); }
+
 std::string Pool::description() const { return description_; }
 
 }  // namespace somas::evaluation

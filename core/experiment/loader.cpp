@@ -5,6 +5,7 @@
 
 #include "core/experiment/overlay.hpp"
 #include "core/experiment/reader.hpp"
+#include "core/experiment/sweep.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -88,13 +89,18 @@ void Loader::read() {
   if (const Node* environments = root_.find("environments")) environments_ = keys_of(*environments);
 
   // The choice of a plugin replaces its block, so what else is set in it has to come later.
-  std::vector<std::string> overrides = options_.overrides;
-  std::stable_partition(overrides.begin(), overrides.end(), chooses_plugin);
-  for (const std::string& assignment : overrides) apply_override(root_, assignment);
+  std::vector<Override> overrides;
+  for (const std::string& assignment : options_.overrides)
+    overrides.push_back(set_by_hand(assignment));
+  overrides.insert(overrides.end(), options_.levels.begin(), options_.levels.end());
+  std::stable_partition(overrides.begin(), overrides.end(),
+                        [](const Override& given) { return chooses_plugin(given.text); });
+  for (const Override& given : overrides) apply_override(root_, given);
 }
 
 void Loader::check_core() {
   core_ = validator_.group(core_keys(), root_, "", other_keys());
+  check_sweep(root_, problems_);
 
   // A name that is not given is the file's.
   for (plugins::ParameterValue& field : core_.items)

@@ -23,11 +23,18 @@ struct RunCommand {
   BackendChoice backend;
   bool quiet = false;
   std::vector<std::string> command_line;
+  std::vector<std::string> sweeps;  ///< --sweep
+  bool single = false;              ///< without the file's replicates and sweep
+  bool dry_run = false;
+  std::uint64_t at_once = 0;  ///< --runs-at-once; 0: as many as keep the evaluators busy
 };
 
 /// somas-host resume RUN
 struct ResumeCommand {
-  std::filesystem::path run;
+  std::filesystem::path run;  ///< or a campaign
+  std::optional<std::uint64_t> replicates;
+  std::vector<std::string> sweeps;
+  std::uint64_t at_once = 0;
   std::optional<std::uint64_t> generations;
   bool accept_changes = false;
   std::vector<std::filesystem::path> plugin_path;
@@ -46,6 +53,7 @@ struct ValidateCommand {
   std::filesystem::path file;
   std::vector<std::string> overrides;
   std::vector<std::filesystem::path> plugin_path;
+  std::vector<std::string> sweeps;
   bool show_resolved = false;
 };
 

@@ -1,5 +1,6 @@
 // Commands that look and touch nothing: validate, plugins, describe.
 #include "core/experiment/experiment.hpp"
+#include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/describe.hpp"
@@ -69,6 +70,9 @@ plugins::DescribeFormat format_named(const std::string& name) {
 }  // namespace
 
 int execute(const ValidateCommand& command, run::Terminal&) {
+  const auto design = experiment::read_design(command.file, {command.overrides, command.sweeps});
+  if (design && !design->is_one_run() && !command.show_resolved)
+    return validate_design(command, *design);
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
   print(command.show_resolved ? experiment.resolved_yaml : summary_of(experiment));

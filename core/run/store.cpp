@@ -287,6 +287,18 @@ std::optional<Store::Best> Store::best() const {
   return Best{rows.real(0), rows.natural(1)};
 }
 
+std::optional<Store::Last> Store::last() const {
+  Statement rows(database_,
+                 "SELECT best, median FROM generations WHERE population = 1 "
+                 "ORDER BY generation DESC LIMIT 1");
+  if (!rows.step()) return std::nullopt;
+  return Last{rows.real(0), rows.real(1)};
+}
+
+std::uint64_t Store::failures() const {
+  return static_cast<std::uint64_t>(database_.integer_of("SELECT count(*) FROM failures"));
+}
+
 std::string Store::champion_hash(std::uint64_t generation, std::uint32_t population) const {
   Statement row(database_,
                 "SELECT champion_xxh3_128 FROM generations WHERE generation = ? AND "
