@@ -6,6 +6,7 @@
 #include "core/experiment/overlay.hpp"
 #include "core/experiment/reader.hpp"
 #include "core/experiment/sweep.hpp"
+#include "core/model/call_site.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -273,6 +274,7 @@ void Loader::blame(const std::string& instance, const std::string& path,
 template <class Interface>
 std::shared_ptr<Interface> Loader::create(const Block& block) const {
   try {
+    const model::PluginCall here(block.instance, "constructor");
     return block.plugin.create<Interface>(block.parameters);
   } catch (const ParameterError& error) {
     blame(block.instance, error.path(), error.what());
