@@ -79,7 +79,7 @@ struct LoadOptions {
   std::vector<std::filesystem::path> plugin_directories;  ///< --plugin-path
   /// Plugins that are linked into this program; if given, no files are looked for.
   std::shared_ptr<const plugins::Library> linked_in{};
-  std::vector<Override> levels{};                         ///< of a sweep's factors, after --set
+  std::vector<Override> levels{};  ///< of a sweep's factors, after --set
 };
 
 /// Reads, resolves, validates and wires. Throws InputError.

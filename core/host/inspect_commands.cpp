@@ -1,7 +1,7 @@
 // Commands that look and touch nothing: validate, plugins, describe.
 #include "core/experiment/experiment.hpp"
-#include "core/host/campaign_command.hpp"
 #include "core/experiment/warnings.hpp"
+#include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/describe.hpp"

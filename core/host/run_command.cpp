@@ -1,7 +1,7 @@
 #include <spdlog/spdlog.h>
 
-#include "core/host/campaign_command.hpp"
 #include "core/experiment/warnings.hpp"
+#include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/run_ending.hpp"
 #include "core/run/runner.hpp"
