@@ -483,7 +483,11 @@ void settle(const Assignment& assignment) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != assignment.parent) leave(0);
   std::signal(SIGPIPE, SIG_IGN);
+  // A crash is a crash, whatever a sanitizer or a parent would make of it.
+  for (const int crash : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS}) std::signal(crash, SIG_DFL);
   std::set_terminate(leave_by_terminate);
+  // At once, while it is known whose call asks for memory.
+  std::set_new_handler([] { leave(examiner_no_memory); });
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "somas/sdk/types.hpp"
+
 #include "tests/core/host/host_process.hpp"
 #include "tests/core/run/scratch.hpp"
 
@@ -22,8 +24,9 @@ const std::string experiment =
     "somas: 1\nname: abi1\nseed: 7\nplugins: [" + folder +
     "]\n"
     "world: {max_steps: 150, max_cells: 40, morphogens: {size: 17}}\n"
-    "evolution: {population: 12, generations: 3}\n"
-    "environments: {garden: {plugin: abi1_environment, area: {side: 5}, start: 10}}\n"
+    "evolution: {population: 40, generations: 3}\n"
+    "environments:\n"
+    "  garden: {plugin: abi1_environment, area: {side: 5, content: 6}, stones: 1, start: 10}\n"
     "specialization: {plugin: abi1_tree}\n"
     "controller: {plugin: abi1_controller, squared: true}\n"
     "fitness: {plugin: abi1_fitness}\n";
@@ -46,8 +49,12 @@ class Revision1 : public testing::Test {
 TEST_F(Revision1, PluginRunsToTheSameResultsAsEver) {
   run::write_file(scratch_.path() / "abi1.yaml", experiment);
   ASSERT_EQ(host({"abi1.yaml", "--out", "run", "--quiet", "--threads", "1"}), 0) << err_;
-  ASSERT_EQ(host({"dump", "run", "--hash"}), 0) << err_;
-  EXPECT_EQ(out_, "01929729b371e92577c49ecef9516a6e\n");
+  ASSERT_EQ(host({"replay", "run", "--csv", "steps.csv"}), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("reproduced: survival and all 150 step hashes equal"));
+  // Every individual's fitness, and the world of every step of a champion that came to 16 cells.
+  EXPECT_EQ(stable_key(run::read_file(scratch_.path() / "run/individuals.csv")),
+            12943818707418274355u);
+  EXPECT_EQ(stable_key(run::read_file(scratch_.path() / "steps.csv")), 12860164725111202996u);
 }
 
 TEST_F(Revision1, PluginIsFoundSound) {
