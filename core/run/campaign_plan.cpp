@@ -307,7 +307,7 @@ CampaignCost cost_of(const CampaignPlan& plan, evaluation::Backend& backend,
   }
   if (known > 0) cost.per_second = known / seconds;
   // Rows of the store and lines of the CSV files, and the champion's file, as runs were measured.
-  constexpr double of_individual = 620, of_generation = 60e3, of_run = 160e3;
+  constexpr double of_individual = 400, of_generation = 28e3, of_run = 60e3;
   for (const CheckedCondition& condition : plan.conditions) {
     const auto generations = static_cast<double>(condition.generations);
     const double individuals = static_cast<double>(condition.evaluations);

@@ -1,6 +1,7 @@
 #include "core/evaluation/thread_evaluator.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <set>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/evaluation/backend.hpp"
 #include "core/evaluation/simulate.hpp"
 #include "tests/core/evaluation/toy_ecosystem.hpp"
 
@@ -63,6 +65,25 @@ TEST_F(Evaluation, ResultsDoNotDependOnTheNumberOfThreads) {
     ASSERT_EQ(one.size(), many.size());
     for (std::size_t i = 0; i < one.size(); ++i) EXPECT_TRUE(same(one[i], many[i])) << i;
   }
+}
+
+TEST_F(Evaluation, OfSeveralExperimentsSharesTheThreadsOfOneBackend) {
+  experiment::Experiment experiment;
+  experiment.ecosystem = ecosystem_;
+  const auto backend = thread_backend(1);
+  const auto begun = std::chrono::steady_clock::now();
+  {
+    std::vector<std::jthread> runs;
+    for (int i = 0; i < 4; ++i)
+      runs.emplace_back([&] {
+        const auto evaluator = backend->evaluator(experiment);
+        EXPECT_TRUE(evaluator->evaluate(tasks_, {}, {}).has_value());
+      });
+  }
+  // One at a time: together they were at work no longer than the clock ran.
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begun;
+  EXPECT_GT(backend->busy_seconds(), 0);
+  EXPECT_LE(backend->busy_seconds(), seconds.count());
 }
 
 TEST_F(Evaluation, TellsGenomesAndSeedsApart) {
