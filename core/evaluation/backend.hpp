@@ -18,6 +18,8 @@ class Backend {
       const experiment::Experiment& experiment) = 0;
   /// Simulations at a time.
   [[nodiscard]] virtual unsigned workers() const = 0;
+  /// Time that they spent on simulations so far, summed. From any thread.
+  [[nodiscard]] virtual double busy_seconds() const = 0;
   /// "2 threads", "4 evaluator processes".
   [[nodiscard]] virtual std::string description() const = 0;
 };

@@ -13,8 +13,7 @@ constexpr std::uint64_t canary_steps = 48;
 
 }  // namespace
 
-std::string canary_hash(const experiment::Experiment& experiment, std::uint32_t number) {
-  const model::Ecosystem& ecosystem = *experiment.ecosystem;
+std::string canary_hash(const model::Ecosystem& ecosystem, std::uint32_t number) {
   const evolution::Heredity heredity(ecosystem);
   Rng rng(number, 0, 0, stable_key("canary"), 0);
   const model::Genome genome = heredity.random(rng);

@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
+#include <fcntl.h>
 #include <unistd.h>
 #include <utility>
 
@@ -13,6 +14,8 @@ constexpr int crashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS};
 constexpr std::size_t stack_size = std::size_t{1} << 16;
 
 int exit_code_of_crash = 3;
+/// Where the present thread's crash is noted; null: nowhere.
+thread_local const char* crash_note = nullptr;
 
 /// A line put together without anything that a signal handler must not call.
 class Line {
@@ -28,7 +31,7 @@ class Line {
     while ((number /= 10) != 0);
     return add(first);
   }
-  void print() const { static_cast<void>(!::write(STDERR_FILENO, text_, size_)); }
+  void write(int file) const { static_cast<void>(!::write(file, text_, size_)); }
 
  private:
   char text_[512];
@@ -43,10 +46,16 @@ extern "C" void report_crash(int signal) {
     return;
   }
   Line line;
-  line.add("\nsomas-host: SIG").add(::sigabbrev_np(signal)).add(" in ").add(site->instance);
+  line.add("SIG").add(::sigabbrev_np(signal)).add(" in ").add(site->instance);
   line.add(": ").add(site->call);
   if (site->step != model::CallSite::no_step) line.add(" at step ").add(site->step);
-  line.add(": the plugin crashed; what was finished before is saved\n").print();
+  line.add(": the plugin crashed; what was finished before is saved\n");
+  Line().add("\nsomas-host: ").write(STDERR_FILENO);
+  line.write(STDERR_FILENO);
+  if (crash_note != nullptr)
+    if (const int file = ::open(crash_note, O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0666);
+        file >= 0)
+      line.write(file);
   ::_exit(exit_code_of_crash);
 }
 
@@ -66,7 +75,10 @@ void report_crashes(int exit_code) {
 #endif
 }
 
-WatchedThread::WatchedThread() : outer_(std::exchange(model::watched_site, &site_)) {
+WatchedThread::WatchedThread(const std::filesystem::path& note)
+    : outer_(std::exchange(model::watched_site, &site_)),
+      note_(note.string()),
+      outer_note_(std::exchange(crash_note, note_.empty() ? nullptr : note_.c_str())) {
   stack_t present{};
   if (::sigaltstack(nullptr, &present) != 0 || (present.ss_flags & SS_DISABLE) == 0) return;
   stack_ = std::make_unique<char[]>(stack_size);
@@ -76,6 +88,7 @@ WatchedThread::WatchedThread() : outer_(std::exchange(model::watched_site, &site
 
 WatchedThread::~WatchedThread() {
   model::watched_site = outer_;
+  crash_note = outer_note_;
   if (!stack_) return;
   const stack_t none{.ss_sp = nullptr, .ss_flags = SS_DISABLE, .ss_size = 0};
   ::sigaltstack(&none, nullptr);

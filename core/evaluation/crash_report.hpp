@@ -1,7 +1,9 @@
 // When a plugin crashes in this very process: who it was, before the end.
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <string>
 
 #include "core/model/call_site.hpp"
 
@@ -16,7 +18,8 @@ void report_crashes(int exit_code);
 /// report: the crash may be that the other one is full.
 class WatchedThread {
  public:
-  WatchedThread();
+  /// `note`: a file that a crash writes its line into; none if empty.
+  explicit WatchedThread(const std::filesystem::path& note = {});
   ~WatchedThread();
   WatchedThread(const WatchedThread&) = delete;
   WatchedThread& operator=(const WatchedThread&) = delete;
@@ -24,6 +27,8 @@ class WatchedThread {
  private:
   model::CallSite site_{};
   model::CallSite* outer_;
+  std::string note_;
+  const char* outer_note_;
   std::unique_ptr<char[]> stack_;  ///< null: the thread has one already
 };
 

@@ -7,6 +7,7 @@
 
 #include <sys/eventfd.h>
 
+#include "core/evaluation/canary.hpp"
 #include "core/evaluation/thread_evaluator.hpp"
 
 namespace somas::evaluation {
@@ -19,11 +20,17 @@ constexpr std::size_t largest_batch = 64;
 /// do so again: it counts more than a kill from outside.
 constexpr std::uint32_t most_losses = 9;
 std::uint32_t weight_of(const Death& death) { return death.kind == Death::Kind::exhausted ? 3 : 1; }
-/// Reference simulations tried until one neither throws nor crashes.
-constexpr std::uint32_t most_canaries = 8;
 constexpr std::chrono::milliseconds look_for_stop{100};
 
 constexpr const char* resumable = "; finished work is saved, and the run can be resumed";
+
+std::exception_ptr lost(const std::string& why) {
+  return std::make_exception_ptr(EvaluatorsLost(why + resumable));
+}
+/// The same for everybody.
+std::exception_ptr all_lost(const std::string& why) {
+  return std::make_exception_ptr(PoolLost(why + resumable));
+}
 
 }  // namespace
 
@@ -87,7 +94,7 @@ std::optional<std::vector<Result>> Pool::Dispatcher::evaluate(std::uint32_t expe
                                                               const ResultCallback& finished) {
   const auto job = std::make_shared<Job>(experiment, tasks);
   std::unique_lock lock(mutex_);
-  if (lost_) throw EvaluatorsLost(*lost_);
+  if (lost_) throw PoolLost(*lost_);
   jobs_.push_back(job);
   wake();
 
@@ -124,6 +131,20 @@ std::optional<std::vector<Result>> Pool::Dispatcher::evaluate(std::uint32_t expe
   return std::move(job->results);
 }
 
+std::optional<Reference> Pool::Dispatcher::reference(std::uint32_t id) const {
+  const std::scoped_lock lock(mutex_);
+  const Experiment& experiment = experiments_.at(id);
+  if (!experiment.reference) return std::nullopt;
+  return Reference{experiment.message.canary, *experiment.reference};
+}
+
+void Pool::Dispatcher::expect(std::uint32_t id, const Reference& reference) {
+  const std::scoped_lock lock(mutex_);
+  Experiment& experiment = experiments_.at(id);
+  experiment.message.canary = reference.canary;
+  experiment.reference = reference.hash;
+}
+
 // ---- the thread --------------------------------------------------------------------------------
 
 void Pool::Dispatcher::wake() const {
@@ -153,7 +174,7 @@ void Pool::Dispatcher::run(const StationMaker& make_stations) {
       // A machine is lost, or no process can be started: all who wait are told.
       const std::scoped_lock lock(mutex_);
       lost_ = std::string(error.what()) + resumable;
-      fail_all(error.what());
+      fail_all(all_lost(error.what()));
       break;
     }
   }
@@ -313,6 +334,7 @@ void Pool::Dispatcher::take_results(Worker& worker, Reader in) {
   while (!in.done()) {
     const auto id = in.get<std::uint64_t>();
     const auto seconds = in.get<double>();
+    busy_seconds_ += seconds;
     Result result = decode_result(in);
     if (worker.items.empty() || worker.items.front().id != id) throw WireError();
     const Item item = worker.items.front();
@@ -366,7 +388,9 @@ void Pool::Dispatcher::not_ready(Worker& worker, std::uint32_t id, const std::st
   experiment.being_tried = false;
   ++experiment.message.canary;
   if (++experiment.failures >= most_canaries)
-    fail_all("no evaluator can simulate this experiment: " + why, id);
+    fail_all(std::make_exception_ptr(
+                 ExperimentFails("no evaluator can simulate this experiment: " + why)),
+             id);
 }
 
 void Pool::Dispatcher::died_loading(Worker& worker, std::uint32_t id, const Death& death) {
@@ -377,7 +401,7 @@ void Pool::Dispatcher::died_loading(Worker& worker, std::uint32_t id, const Deat
   found->second.being_tried = false;
   found->second.losses += weight_of(death);
   if (found->second.losses >= most_losses)
-    fail_all("evaluators that load the experiment are lost: " + why, id);
+    fail_all(lost("evaluators that load the experiment are lost: " + why), id);
 }
 
 void Pool::Dispatcher::not_tried(std::uint32_t id) {
@@ -416,7 +440,7 @@ void Pool::Dispatcher::died(Worker& worker, const Death& death) {
     not_tried(*loading);
   if (culprit == items.end() && !loading && death.kind != Death::Kind::spent &&
       ++worker.stillborn >= most_losses)
-    fail_all("evaluators on " + machine + " end before they work: " + death.cause);
+    fail_all(lost("evaluators on " + machine + " end before they work: " + death.cause));
 }
 
 void Pool::Dispatcher::refuse(Worker& worker, const std::string& why) {
@@ -434,7 +458,7 @@ void Pool::Dispatcher::refuse(Worker& worker, const std::string& why) {
                                 [](const Worker& w) { return w.state == State::refused; });
   if (none) {
     lost_ = last_refusal_ + "; no evaluator is left" + resumable;
-    fail_all(last_refusal_ + "; no evaluator is left");
+    fail_all(all_lost(last_refusal_ + "; no evaluator is left"));
   }
 }
 
@@ -476,20 +500,21 @@ void Pool::Dispatcher::loss(const Item& item, std::uint32_t weight, const std::s
     again(item);
     return;
   }
-  fail(job, "a simulation (seed " + std::to_string(job.tasks[item.task].seed) +
-                ") loses evaluators time and again, the last by: " + cause + where);
+  fail(job, lost("a simulation (seed " + std::to_string(job.tasks[item.task].seed) +
+                 ") loses evaluators time and again, the last by: " + cause + where));
 }
 
-void Pool::Dispatcher::fail(Job& job, const std::string& why) {
+void Pool::Dispatcher::fail(Job& job, const std::exception_ptr& error) {
   if (job.over) return;
   job.over = true;
-  job.error = std::make_exception_ptr(EvaluatorsLost(why + resumable));
+  job.error = error;
   job.news.notify_one();
 }
 
-void Pool::Dispatcher::fail_all(const std::string& why, std::optional<std::uint32_t> experiment) {
+void Pool::Dispatcher::fail_all(const std::exception_ptr& error,
+                                std::optional<std::uint32_t> experiment) {
   for (const auto& job : jobs_)
-    if (!experiment || job->experiment == *experiment) fail(*job, why);
+    if (!experiment || job->experiment == *experiment) fail(*job, error);
 }
 
 }  // namespace somas::evaluation

@@ -1,6 +1,7 @@
 // The mind of a pool: who works on what, and what becomes of those who die over it.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -50,7 +51,10 @@ class Pool::Dispatcher {
                                                             std::span<const Task> tasks,
                                                             StopToken stop,
                                                             const ResultCallback& finished);
+  [[nodiscard]] std::optional<Reference> reference(std::uint32_t experiment) const;
+  void expect(std::uint32_t experiment, const Reference& reference);
   [[nodiscard]] std::size_t workers() const { return workers_.size(); }
+  [[nodiscard]] double busy_seconds() const { return busy_seconds_; }
 
  private:
   struct Experiment {
@@ -106,8 +110,8 @@ class Pool::Dispatcher {
   void fault(const Item& item, Failure failure);
   void loss(const Item& item, std::uint32_t weight, const std::string& cause,
             const std::string& where);
-  void fail(Job& job, const std::string& why);
-  void fail_all(const std::string& why, std::optional<std::uint32_t> experiment = {});
+  static void fail(Job& job, const std::exception_ptr& error);
+  void fail_all(const std::exception_ptr& error, std::optional<std::uint32_t> experiment = {});
 
   std::function<void(const std::string&)> warn_;
   mutable std::mutex mutex_;
@@ -119,6 +123,7 @@ class Pool::Dispatcher {
   std::string last_refusal_;
   std::optional<std::string> lost_;  ///< why no work can be done any more
   bool ending_ = false;
+  std::atomic<double> busy_seconds_ = 0;  ///< as evaluators measured them
 
   std::vector<std::unique_ptr<Station>> stations_;  ///< of the thread alone
   std::vector<std::uint32_t> to_forget_;

@@ -37,6 +37,13 @@ struct Row {
   double score = 0;  ///< finite
 };
 
+/// A short simulation of random genes, and the hash of all its steps.
+struct Reference {
+  std::uint32_t canary = 0;  ///< which one
+  std::string hash;
+  bool operator==(const Reference&) const = default;
+};
+
 /// Why a task was set aside: a plugin failed in it, time and again.
 struct Failure {
   std::uint32_t attempts = 0;
@@ -62,6 +69,19 @@ class EvaluatorsLost : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The same, for all who share the evaluators: none is left, or a machine is lost.
+class PoolLost final : public EvaluatorsLost {
+ public:
+  using EvaluatorsLost::EvaluatorsLost;
+};
+
+/// No simulation can be done: the experiment's plugins throw or crash in every reference
+/// simulation.
+class ExperimentFails : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Called by the thread that called `evaluate`, once per finished task, in the order of finishing.
 /// What it throws ends the evaluation and is thrown on.
 using ResultCallback = std::function<void(std::size_t task, const Result& result)>;
@@ -70,10 +90,18 @@ class Evaluator {
  public:
   virtual ~Evaluator() = default;
   /// A result per task, in the order of the tasks; nothing if `stop` ended the work early. A task
-  /// whose plugins fail `most_attempts` times gets a result that says so. Throws EvaluatorsLost.
+  /// whose plugins fail `most_attempts` times gets a result that says so. Throws EvaluatorsLost,
+  /// ExperimentFails.
   /// May be called by several threads at a time.
   [[nodiscard]] virtual std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) = 0;
+
+  /// What the reference simulation gave here; nothing while that is not known. Two evaluators of an
+  /// experiment with the same reference compute the same bits.
+  [[nodiscard]] virtual std::optional<Reference> reference() = 0;
+  /// What the reference simulation has to give, since it gave it before. To be called before
+  /// `evaluate`, by which EvaluatorsLost is thrown at the latest if nobody here reproduces it.
+  virtual void expect(const Reference& reference) = 0;
 };
 
 }  // namespace somas::evaluation

@@ -129,7 +129,7 @@ class EvaluatorProcess {
       experiment::Experiment experiment =
           experiment::load("/proc/self/fd/" + std::to_string(file), options);
       ::close(file);
-      const std::string hash = canary_hash(experiment, message.canary);
+      const std::string hash = canary_hash(*experiment.ecosystem, message.canary);
       experiments_.insert_or_assign(message.id, std::move(experiment));
       send(encode(ReadyMessage{message.id, message.canary, hash, machine_name()}));
     } catch (const std::bad_alloc&) {

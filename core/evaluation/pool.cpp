@@ -19,6 +19,10 @@ class PoolEvaluator final : public Evaluator {
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override {
     return dispatcher_.evaluate(experiment_, tasks, stop, finished);
   }
+  [[nodiscard]] std::optional<Reference> reference() override {
+    return dispatcher_.reference(experiment_);
+  }
+  void expect(const Reference& reference) override { dispatcher_.expect(experiment_, reference); }
 
  private:
   Pool::Dispatcher& dispatcher_;
@@ -68,6 +72,8 @@ std::unique_ptr<Evaluator> Pool::evaluator(const experiment::Experiment& experim
 }
 
 unsigned Pool::workers() const { return static_cast<unsigned>(dispatcher_->workers()); }
+
+double Pool::busy_seconds() const { return dispatcher_->busy_seconds(); }
 
 std::string Pool::description() const { return description_; }
 

@@ -46,6 +46,7 @@ class Pool final : public Backend {
   [[nodiscard]] std::unique_ptr<Evaluator> evaluator(
       const experiment::Experiment& experiment) override;
   [[nodiscard]] unsigned workers() const override;
+  [[nodiscard]] double busy_seconds() const override;
   [[nodiscard]] std::string description() const override;
 
   class Dispatcher;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -10,6 +11,7 @@
 #include <thread>
 
 #include "core/evaluation/backend.hpp"
+#include "core/evaluation/canary.hpp"
 #include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/simulate.hpp"
 
@@ -18,16 +20,19 @@ namespace {
 
 /// What the workers of one call share.
 struct Batch {
-  Batch(const model::Ecosystem& the_ecosystem, std::span<const Task> the_tasks, StopToken the_stop)
+  Batch(const model::Ecosystem& the_ecosystem, std::span<const Task> the_tasks, StopToken the_stop,
+        ThreadEvaluator::Turnstile* the_turnstile)
       : ecosystem(the_ecosystem),
         tasks(the_tasks),
         stop(the_stop),
+        turnstile(the_turnstile),
         order(longest_first(the_tasks)),
         results(the_tasks.size()) {}
 
   const model::Ecosystem& ecosystem;
   std::span<const Task> tasks;
   StopToken stop;
+  ThreadEvaluator::Turnstile* turnstile;  ///< may be none
   std::vector<std::size_t> order;
   std::vector<Result> results;
   std::atomic<std::size_t> next{0};
@@ -52,6 +57,29 @@ std::optional<Result> evaluate_patiently(const Batch& batch, const Task& task) {
   return result;
 }
 
+/// A place among those who may simulate, until it is given back.
+class Turn {
+ public:
+  explicit Turn(ThreadEvaluator::Turnstile* turnstile) : turnstile_(turnstile) {
+    if (turnstile_ == nullptr) return;
+    turnstile_->places.acquire();
+    begun_ = Clock::now();
+  }
+  ~Turn() {
+    if (turnstile_ == nullptr) return;
+    turnstile_->busy_seconds += std::chrono::duration<double>(Clock::now() - begun_).count();
+    turnstile_->places.release();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  ThreadEvaluator::Turnstile* turnstile_;
+  Clock::time_point begun_;
+};
+
 void evaluate_one(Batch& batch, std::size_t index) {
   try {
     std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index]);
@@ -73,6 +101,8 @@ void evaluate_one(Batch& batch, std::size_t index) {
 void work(Batch& batch) {
   const WatchedThread watched;
   while (!batch.stop.stop_requested() && !batch.abandoned) {
+    const Turn turn(batch.turnstile);
+    if (batch.stop.stop_requested()) break;
     const std::size_t index = batch.next++;
     if (index >= batch.order.size()) break;
     evaluate_one(batch, batch.order[index]);
@@ -127,14 +157,16 @@ std::vector<std::size_t> longest_first(std::span<const Task> tasks) {
   return order;
 }
 
-ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads)
+ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
+                                 std::shared_ptr<Turnstile> turnstile)
     : ecosystem_(ecosystem),
-      threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())) {}
+      threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())),
+      turnstile_(std::move(turnstile)) {}
 
 std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Task> tasks,
                                                              StopToken stop,
                                                              const ResultCallback& finished) {
-  Batch batch(ecosystem_, tasks, stop);
+  Batch batch(ecosystem_, tasks, stop, turnstile_.get());
   {
     std::vector<std::jthread> workers;
     const auto wanted = static_cast<unsigned>(std::min<std::size_t>(threads_, tasks.size()));
@@ -149,23 +181,43 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
   return std::move(batch.results);
 }
 
+std::optional<Reference> ThreadEvaluator::reference() {
+  for (std::uint32_t canary = 0; !reference_ && canary < most_canaries; ++canary) try {
+      reference_ = Reference{canary, canary_hash(ecosystem_, canary)};
+    } catch (const model::PluginFailure&) {
+      // Another organism may do.
+    }
+  return reference_;
+}
+
+void ThreadEvaluator::expect(const Reference& reference) {
+  const std::string hash = canary_hash(ecosystem_, reference.canary);
+  if (hash != reference.hash)
+    throw EvaluatorsLost("the reference simulation gives " + hash + " on this machine instead of " +
+                         reference.hash + "; the run can be resumed where it gives that");
+  reference_ = reference;
+}
+
 namespace {
 
 class ThreadBackend final : public Backend {
  public:
   explicit ThreadBackend(unsigned workers)
-      : workers_(workers != 0 ? workers : std::max(1u, std::thread::hardware_concurrency())) {}
+      : workers_(workers != 0 ? workers : std::max(1u, std::thread::hardware_concurrency())),
+        turnstile_(std::make_shared<ThreadEvaluator::Turnstile>(workers_)) {}
   [[nodiscard]] std::unique_ptr<Evaluator> evaluator(
       const experiment::Experiment& experiment) override {
-    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_);
+    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_, turnstile_);
   }
   [[nodiscard]] unsigned workers() const override { return workers_; }
+  [[nodiscard]] double busy_seconds() const override { return turnstile_->busy_seconds; }
   [[nodiscard]] std::string description() const override {
     return std::to_string(workers_) + (workers_ == 1 ? " thread" : " threads");
   }
 
  private:
   unsigned workers_;
+  std::shared_ptr<ThreadEvaluator::Turnstile> turnstile_;
 };
 
 }  // namespace

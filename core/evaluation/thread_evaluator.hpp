@@ -1,6 +1,10 @@
 // Evaluation by threads of this process.
 #pragma once
 
+#include <atomic>
+#include <memory>
+#include <semaphore>
+
 #include "core/evaluation/evaluator.hpp"
 
 namespace somas::evaluation {
@@ -12,17 +16,30 @@ namespace somas::evaluation {
 /// threads never reaches the results. The calling thread only waits and hands on what is finished.
 class ThreadEvaluator final : public Evaluator {
  public:
+  /// Lets so many simulate at a time, of all evaluators that share it.
+  struct Turnstile {
+    explicit Turnstile(unsigned workers) : places(workers) {}
+    std::counting_semaphore<> places;
+    std::atomic<double> busy_seconds = 0;  ///< of all who have passed
+  };
+
   /// `ecosystem` must outlive this. threads = 0: one per processor.
-  ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads);
+  ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
+                  std::shared_ptr<Turnstile> turnstile = nullptr);
 
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
+
+  [[nodiscard]] std::optional<Reference> reference() override;
+  void expect(const Reference& reference) override;
 
   [[nodiscard]] unsigned threads() const { return threads_; }
 
  private:
   const model::Ecosystem& ecosystem_;
+  std::optional<Reference> reference_{};
   unsigned threads_;
+  std::shared_ptr<Turnstile> turnstile_;  ///< null: all threads at a time
 };
 
 }  // namespace somas::evaluation

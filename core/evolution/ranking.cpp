@@ -6,18 +6,14 @@
 #include <numeric>
 
 namespace somas::evolution {
-namespace {
 
-// Of ascending values; fraction in [0, 1].
-double quantile(const std::vector<double>& sorted, double fraction) {
+double quantile(std::span<const double> sorted, double fraction) {
   const double place = fraction * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(std::floor(place));
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   const double share = place - std::floor(place);
   return sorted[below] + share * (sorted[above] - sorted[below]);
 }
-
-}  // namespace
 
 std::vector<std::size_t> rank(std::span<const Individual> population) {
   std::vector<std::size_t> order(population.size());

@@ -13,6 +13,10 @@ namespace somas::evolution {
 /// shorter genome, index.
 [[nodiscard]] std::vector<std::size_t> rank(std::span<const Individual> population);
 
+/// Of ascending values, at least one; fraction in [0, 1]. Interpolates linearly between order
+/// statistics (R's type 7).
+[[nodiscard]] double quantile(std::span<const double> sorted, double fraction);
+
 /// Quartiles interpolate linearly between order statistics (R's type 7).
 struct Statistics {
   double best = 0, upper_quartile = 0, median = 0, lower_quartile = 0, worst = 0, mean = 0;

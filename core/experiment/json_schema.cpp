@@ -296,11 +296,23 @@ Json environments_schema(const Blocks& blocks, Extent extent) {
 constexpr PluginKind single_kinds[] = {PluginKind::specialization, PluginKind::controller,
                                        PluginKind::fitness};
 
+// Which keys there are shows when the conditions are loaded.
+Json sweep_schema(Extent extent) {
+  Json named = {
+      {"type", "object"}, {"minProperties", 1}, {"additionalProperties", {{"type", "object"}}}};
+  Json factor = {{"anyOf", {{{"type", "array"}, {"minItems", 1}}, named}}};
+  // null removes an inherited one.
+  if (extent == Extent::part) factor["anyOf"].push_back({{"type", "null"}});
+  Json names = {{"not", {{"pattern", "^(somas|name|seed|extends|plugins|sweep|replicates)$"}}}};
+  return {{"type", "object"}, {"propertyNames", names}, {"additionalProperties", factor}};
+}
+
 // The mappings of a file that extends another, or of one that does not.
 Json file_schema(const plugins::Registry& registry, Json& definitions, Extent extent) {
   Json properties = Json::object();
   const Blocks environments(registry, PluginKind::environment, definitions);
   properties["environments"] = environments_schema(environments, extent);
+  properties["sweep"] = sweep_schema(extent);
   Json required = Json::array();
   for (const PluginKind kind : single_kinds) {
     const std::string name = plugins::kind_name(kind);

@@ -190,6 +190,9 @@ void describe(Describe& d, CoreValues& v) {
      .maximum = static_cast<double>(format_version)});
   d("name", v.name, "Name of the experiment; left out: the file's, without its extension");
   d("seed", v.seed, "Seed of everything random", {.minimum = 0});
+  d("replicates", v.replicates,
+    "Runs of each condition, with the seeds `seed`, `seed` + 1, ...; more than one make a campaign",
+    {.unit = "runs", .minimum = 1, .maximum = 10'000});
   block(d, "world", v.world, "The organisms' world");
   block(d, "evolution", v.evolution, "The genetic algorithm");
   block(d, "record", v.record, "Recordings of lives, in the run's directory");
@@ -201,6 +204,9 @@ constexpr OtherKey other[] = {
     {"extends", "text", "none",
      "File to start from, relative to this one: mappings merge, everything else replaces; a block "
      "that names another `plugin` replaces the inherited block"},
+    {"sweep", "mapping", "`{}`",
+     "Factors of a campaign: a key of this file with a list of its values, or a name with levels, "
+     "each of which is a name with the keys that it sets; see campaigns.md"},
     {"plugins", "list of texts", "none",
      "Directories to search for plugins first, relative to this file"},
     {"environments", "mapping", "`{}`",

@@ -20,12 +20,14 @@ struct CoreValues {
   std::int64_t format = format_version;
   std::string name;
   std::int64_t seed = 1;
+  std::int64_t replicates = 1;
   model::Config world;
   evolution::Settings evolution;
   RecordSettings record;
 };
 
-/// The keys `somas`, `name`, `seed`, `world`, `evolution`, `record` with everything below them.
+/// The keys `somas`, `name`, `seed`, `replicates`, `world`, `evolution`, `record` with everything
+/// below them.
 [[nodiscard]] std::span<const ParameterInfo> core_keys();
 
 /// The values of a validated group of core_keys().

@@ -5,6 +5,8 @@
 
 #include "core/experiment/overlay.hpp"
 #include "core/experiment/reader.hpp"
+#include "core/experiment/sweep.hpp"
+#include "core/model/call_site.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -88,13 +90,18 @@ void Loader::read() {
   if (const Node* environments = root_.find("environments")) environments_ = keys_of(*environments);
 
   // The choice of a plugin replaces its block, so what else is set in it has to come later.
-  std::vector<std::string> overrides = options_.overrides;
-  std::stable_partition(overrides.begin(), overrides.end(), chooses_plugin);
-  for (const std::string& assignment : overrides) apply_override(root_, assignment);
+  std::vector<Override> overrides;
+  for (const std::string& assignment : options_.overrides)
+    overrides.push_back(set_by_hand(assignment));
+  overrides.insert(overrides.end(), options_.levels.begin(), options_.levels.end());
+  std::stable_partition(overrides.begin(), overrides.end(),
+                        [](const Override& given) { return chooses_plugin(given.text); });
+  for (const Override& given : overrides) apply_override(root_, given);
 }
 
 void Loader::check_core() {
   core_ = validator_.group(core_keys(), root_, "", other_keys());
+  check_sweep(root_, problems_);
 
   // A name that is not given is the file's.
   for (plugins::ParameterValue& field : core_.items)
@@ -154,7 +161,10 @@ void Loader::find_plugins() {
   }
   for (plugins::SearchDirectory& place : search_path(options_.plugin_directories))
     path.push_back(std::move(place));
-  registry_.emplace(std::move(path));
+  if (options_.linked_in != nullptr)
+    registry_.emplace(plugins::Registry::of(options_.linked_in));
+  else
+    registry_.emplace(std::move(path));
 }
 
 void Loader::check_blocks() {
@@ -264,6 +274,7 @@ void Loader::blame(const std::string& instance, const std::string& path,
 template <class Interface>
 std::shared_ptr<Interface> Loader::create(const Block& block) const {
   try {
+    const model::PluginCall here(block.instance, "constructor");
     return block.plugin.create<Interface>(block.parameters);
   } catch (const ParameterError& error) {
     blame(block.instance, error.path(), error.what());

@@ -15,14 +15,15 @@ using Segments = std::span<const std::string>;
 // ---- layers ------------------------------------------------------------------------------------
 
 // Where a mapping stands decides what a merge means there.
-enum class Level { root, environments, block, plain };
+enum class Place { root, environments, sweep, block, plain };
 
-Level below(Level level, const std::string& key) {
-  if (level == Level::environments) return Level::block;
-  if (level != Level::root) return Level::plain;
-  if (key == "environments") return Level::environments;
+Place below(Place level, const std::string& key) {
+  if (level == Place::environments) return Place::block;
+  if (level != Place::root) return Place::plain;
+  if (key == "environments") return Place::environments;
+  if (key == "sweep") return Place::sweep;
   const bool is_block = key == "specialization" || key == "controller" || key == "fitness";
-  return is_block ? Level::block : Level::plain;
+  return is_block ? Place::block : Place::plain;
 }
 
 // The plugin that a block names; an environment's own name stands for it.
@@ -35,19 +36,20 @@ bool replaces_plugin(const Node& base, const Node& over) {
   return over.find("plugin") != nullptr && plugin_of(base) != plugin_of(over);
 }
 
-void merge(Node& base, Node over, Level level) {
+void merge(Node& base, Node over, Place level) {
   base.position = over.position;
   base.key_position = over.key_position;
   for (Node& entry : over.items) {
     Node* inherited = base.find(entry.key);
-    const Level entry_level = below(level, entry.key);
+    const Place entry_level = below(level, entry.key);
     const bool both_map = inherited != nullptr && inherited->kind == Node::Kind::mapping &&
                           entry.kind == Node::Kind::mapping;
     if (inherited == nullptr) {
       base.items.push_back(std::move(entry));
-    } else if (level == Level::environments && entry.kind == Node::Kind::null) {
+    } else if ((level == Place::environments || level == Place::sweep) &&
+               entry.kind == Node::Kind::null) {
       base.erase(entry.key);
-    } else if (both_map && !(entry_level == Level::block && replaces_plugin(*inherited, entry))) {
+    } else if (both_map && !(entry_level == Place::block && replaces_plugin(*inherited, entry))) {
       merge(*inherited, std::move(entry), entry_level);
     } else {
       *inherited = std::move(entry);
@@ -121,19 +123,15 @@ Node read_layer(const std::filesystem::path& file, const std::string& text,
 // ---- overrides ---------------------------------------------------------------------------------
 
 struct Assignment {
-  std::string origin;
   std::string path;
   std::string value;
 };
 
-Assignment split(const std::string& text) {
-  Assignment parts{"--set " + text, "", ""};
-  const std::size_t equals = text.find('=');
+Assignment split(const Override& given) {
+  const std::size_t equals = given.text.find('=');
   if (equals == std::string::npos || equals == 0)
-    throw InputError({parts.origin, 0, 0}, "expected path.to.key=value");
-  parts.path = text.substr(0, equals);
-  parts.value = text.substr(equals + 1);
-  return parts;
+    throw InputError(given.position, "expected path.to.key=value");
+  return {given.text.substr(0, equals), given.text.substr(equals + 1)};
 }
 
 bool is_index(const std::string& text) {
@@ -144,12 +142,11 @@ bool is_index(const std::string& text) {
 bool names_plugin(Segments path) {
   if (path.empty() || path.back() != "plugin") return false;
   if (path.size() == 3) return path[0] == "environments";
-  return path.size() == 2 && below(Level::root, path[0]) == Level::block;
+  return path.size() == 2 && below(Place::root, path[0]) == Place::block;
 }
 
-[[noreturn]] void no_way(const Node& at, const std::string& so_far, const Assignment& assignment,
+[[noreturn]] void no_way(const Node& at, const std::string& so_far, const Position& position,
                          const std::string& segment) {
-  const Position position{assignment.origin, 0, 0};
   if (at.kind == Node::Kind::sequence) {
     const std::string range =
         at.items.empty() ? "" : " (0 to " + std::to_string(at.items.size() - 1) + ")";
@@ -190,7 +187,7 @@ void clear_for_plugin(Node& root, Segments path, const std::string& plugin) {
 
 }  // namespace
 
-void overlay(Node& base, Node over) { merge(base, std::move(over), Level::root); }
+void overlay(Node& base, Node over) { merge(base, std::move(over), Place::root); }
 
 Node read_tree(const std::filesystem::path& file, const std::string& text) {
   std::vector<Link> chain;
@@ -203,16 +200,23 @@ bool chooses_plugin(const std::string& assignment) {
   return names_plugin(segments);
 }
 
-void apply_override(Node& root, const std::string& text) {
-  const Assignment assignment = split(text);
-  const Position position{assignment.origin, 0, 0};
+Override set_by_hand(const std::string& assignment) {
+  const Position position{"--set " + assignment, 0, 0};
+  return {assignment, position, position};
+}
+
+void apply_override(Node& root, const Override& given) {
+  const Assignment assignment = split(given);
+  const Position& position = given.key_position;
   const std::vector<std::string> segments = path_segments(assignment.path);
   if (std::any_of(segments.begin(), segments.end(), [](const auto& s) { return s.empty(); }))
     throw InputError(position, assignment.path + ": a part of the path is empty");
   if (segments[0] == "extends")
     throw InputError(position,
                      "extends: cannot be set here; write it into a file, and run that one");
-  Node value = parse_value(assignment.value, assignment.origin);
+  if (segments[0] == "sweep")
+    throw InputError(position, "sweep: cannot be set here; use --sweep KEY=VALUE,VALUE,...");
+  Node value = parse_value(assignment.value, given.position);
 
   if (names_plugin(segments)) clear_for_plugin(root, segments, value.text);
 
@@ -225,7 +229,7 @@ void apply_override(Node& root, const std::string& text) {
     const Child child = child_of(*at, rest);
     const std::size_t count = child.node != nullptr ? child.segments : 1;
     const bool closed = at->kind == Node::Kind::sequence || at->kind == Node::Kind::scalar;
-    if (child.node == nullptr && closed) no_way(*at, so_far, assignment, rest[0]);
+    if (child.node == nullptr && closed) no_way(*at, so_far, position, rest[0]);
     parent = at;
     is_new = child.node == nullptr;
     at = child.node != nullptr ? const_cast<Node*>(child.node) : &add_child(*at, rest[0], position);
@@ -241,6 +245,7 @@ void apply_override(Node& root, const std::string& text) {
     return;
   }
   value.key = at->key;
+  value.key_position = position;
   *at = std::move(value);
 }
 

@@ -290,13 +290,12 @@ Node parse_yaml(const std::string& text, const std::string& origin) {
   }
 }
 
-Node parse_value(const std::string& text, const std::string& origin) {
-  const Position position{origin, 0, 0};
+Node parse_value(const std::string& text, const Position& position) {
   Node node;
   if (!text.empty()) {
     try {
-      check_characters(text, origin);
-      node = parse_yaml(text, origin);
+      check_characters(text, position.origin);
+      node = parse_yaml(text, position.origin);
     } catch (const InputError& error) {
       // "ORIGIN:1:5: message": the place within a command line helps nobody.
       const std::string what = error.what(), prefix = error.position().text() + ": ";

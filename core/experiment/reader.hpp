@@ -23,7 +23,7 @@ inline constexpr std::size_t deepest_nesting = 64;
 /// beyond deepest_nesting. Throws InputError.
 [[nodiscard]] Node parse_yaml(const std::string& text, const std::string& origin);
 
-/// Parses the value of an override, all of whose positions are the override itself.
-[[nodiscard]] Node parse_value(const std::string& text, const std::string& origin);
+/// Parses the value of an override, all of whose positions are that of the override.
+[[nodiscard]] Node parse_value(const std::string& text, const Position& position);
 
 }  // namespace somas::experiment

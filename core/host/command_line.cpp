@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "core/experiment/sweep.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/run/build_info.hpp"
@@ -19,9 +20,9 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {
-    "run",    "resume",  "validate", "plugins", "describe", "new",   "schema",
-    "replay", "compete", "dump",     "render",  "movie",    "export"};
+const std::vector<std::string> command_names = {"run",  "resume", "validate", "plugins", "describe",
+                                                "new",  "check",  "schema",   "replay",  "compete",
+                                                "dump", "render", "movie",    "export"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -57,6 +58,7 @@ struct Options {
   PluginsCommand plugins;
   DescribeCommand describe;
   NewCommand create;
+  CheckCommand check;
   SchemaCommand schema;
   ReplayCommand replay;
   CompeteCommand compete;
@@ -67,7 +69,7 @@ struct Options {
   std::string opponents;  ///< --against
   std::string save_state;
   CLI::Option* save_option = nullptr;
-  std::optional<std::uint64_t> seed, generations;
+  std::optional<std::uint64_t> seed, generations, replicates;
 };
 
 /// Checks digits before they become a number, and complains in the user's own words.
@@ -126,6 +128,28 @@ void add_backend(CLI::App& app, BackendChoice& choice) {
       ->check(whole_number(1, 1'000'000));
 }
 
+// Which runs make a campaign.
+CLI::Option* add_design(CLI::App& app, std::vector<std::string>& sweeps, Options& options) {
+  app.add_option("--replicates", options.replicates,
+                 "Runs of each condition, with seeds of their own (the same as --set replicates=N)")
+      ->type_name("N")
+      ->check(whole_number(1, experiment::most_runs));
+  return app
+      .add_option("--sweep", sweeps,
+                  "A factor and its levels: a run, or several, for each; may be repeated, for all "
+                  "combinations")
+      ->type_name("PATH.TO.KEY=VALUE,VALUE,...")
+      ->allow_extra_args(false);
+}
+
+void add_at_once(CLI::App& app, std::uint64_t& at_once) {
+  app.add_option("--runs-at-once", at_once,
+                 "Of a campaign: runs that share the evaluators at a time; default: as many as "
+                 "keep them busy")
+      ->type_name("N")
+      ->check(whole_number(1, 1000));
+}
+
 void add_run(CLI::App& parser, Options& options) {
   RunCommand& run = options.run;
   CLI::App& app = *parser.add_subcommand("run", "Run an experiment; the word may be left out");
@@ -150,6 +174,14 @@ void add_run(CLI::App& parser, Options& options) {
                  "record.what=...)")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"champions", "all", "none"}).description(""));
+  CLI::Option* sweep = add_design(app, run.sweeps, options);
+  CLI::Option* dry_run =
+      app.add_flag("--dry-run", run.dry_run, "Check all, say what it would cost, and run nothing");
+  app.add_flag("--single", run.single, "One run, whatever replicates and sweep the file has")
+      ->excludes(sweep)
+      ->excludes(dry_run)
+      ->excludes(app.get_option("--replicates"));
+  add_at_once(app, run.at_once);
   add_backend(app, run.backend);
   app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, run.plugin_path);
@@ -159,15 +191,23 @@ void add_resume(CLI::App& parser, Options& options) {
   ResumeCommand& resume = options.resume;
   CLI::App& app = *parser.add_subcommand(
       "resume",
-      "Go on with a run, wherever it ended; the results are those of one that was never "
-      "stopped");
-  app.add_option("RUN", resume.run, "A run directory")->type_name("")->required();
+      "Go on with a run or a campaign, wherever it ended; the results are those of one that was "
+      "never stopped");
+  app.add_option("RUN", resume.run, "A run directory, or a campaign's")->type_name("")->required();
   app.add_option("--generations", options.generations,
                  "Number of generations in all: extends a run that is complete")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000'000));
   app.add_flag("--accept-changes", resume.accept_changes,
                "Go on although plugins, experiment or host have changed; the manifest records it");
+  app.add_option("--replicates", options.replicates, "Of a campaign: runs of each condition in all")
+      ->type_name("N")
+      ->check(whole_number(1, experiment::most_runs));
+  app.add_option("--sweep", resume.sweeps,
+                 "Of a campaign: all levels of a factor, those that are there and new ones")
+      ->type_name("PATH.TO.KEY=VALUE,VALUE,...")
+      ->allow_extra_args(false);
+  add_at_once(app, resume.at_once);
   add_backend(app, resume.backend);
   app.add_flag("--quiet,-q", resume.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, resume.plugin_path);
@@ -184,6 +224,7 @@ void add_validate(CLI::App& parser, Options& options) {
   CLI::App& app = *parser.add_subcommand("validate", "Check an experiment without running it");
   add_file(app, options.validate.file);
   add_overrides(app, options.validate.overrides);
+  add_design(app, options.validate.sweeps, options);
   app.add_flag("--resolved", options.validate.show_resolved,
                "Print the experiment with every key and its value");
   add_plugin_path(app, options.validate.plugin_path);
@@ -222,6 +263,22 @@ void add_new(CLI::App& parser, Options& options) {
   app.add_option("DIR", create.directory, "Where to write it; absent or empty")
       ->type_name("")
       ->required();
+}
+
+void add_check(CLI::App& parser, CheckCommand& check) {
+  CLI::App& app = *parser.add_subcommand(
+      "check", "Examine a plugin file, in a process of its own: does it keep the contract?");
+  app.add_option("FILE", check.file, "The plugin (NAME.somas.so)")->type_name("")->required();
+  app.add_option("--set", check.overrides,
+                 "A parameter of a class, in place of its default; may be repeated")
+      ->type_name("ID.PARAMETER=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--seconds", check.seconds, "Longest that one call may take; default 20")
+      ->type_name("S")
+      ->check(whole_number(1, 1'000'000));
+  app.add_option("--memory", check.memory_mib, "Most memory of the process, in MiB; default 2048")
+      ->type_name("MIB")
+      ->check(whole_number(64, 1u << 30));
 }
 
 void add_schema(CLI::App& parser, Options& options) {
@@ -478,6 +535,7 @@ void add_export(CLI::App& parser, Options& options) {
 
 void add_short_overrides(const Options& options, std::vector<std::string>& overrides) {
   if (options.seed) overrides.push_back("seed=" + std::to_string(*options.seed));
+  if (options.replicates) overrides.push_back("replicates=" + std::to_string(*options.replicates));
   if (!options.record.empty()) overrides.push_back("record.what=" + options.record);
   if (options.generations)
     overrides.push_back("evolution.generations=" + std::to_string(*options.generations));
@@ -490,6 +548,7 @@ Command chosen(const CLI::App& parser, Options& options) {
   }
   if (parser.got_subcommand("resume")) {
     options.resume.generations = options.generations;
+    options.resume.replicates = options.replicates;
     return options.resume;
   }
   if (parser.got_subcommand("dump")) return options.dump;
@@ -500,11 +559,15 @@ Command chosen(const CLI::App& parser, Options& options) {
   }
   if (parser.got_subcommand("render")) return options.render;
   if (parser.got_subcommand("movie")) return options.movie;
-  if (parser.got_subcommand("validate")) return options.validate;
+  if (parser.got_subcommand("validate")) {
+    add_short_overrides(options, options.validate.overrides);
+    return options.validate;
+  }
   if (parser.got_subcommand("export")) return options.exported;
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
   if (parser.got_subcommand("new")) return options.create;
+  if (parser.got_subcommand("check")) return options.check;
   if (parser.got_subcommand("schema")) return options.schema;
   options.replay.save = options.save_option->count() > 0;
   if (options.replay.save && !options.save_state.empty())
@@ -530,6 +593,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_plugins(parser, options);
   add_describe(parser, options);
   add_new(parser, options);
+  add_check(parser, options.check);
   add_schema(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);

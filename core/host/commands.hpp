@@ -23,11 +23,18 @@ struct RunCommand {
   BackendChoice backend;
   bool quiet = false;
   std::vector<std::string> command_line;
+  std::vector<std::string> sweeps;  ///< --sweep
+  bool single = false;              ///< without the file's replicates and sweep
+  bool dry_run = false;
+  std::uint64_t at_once = 0;  ///< --runs-at-once; 0: as many as keep the evaluators busy
 };
 
 /// somas-host resume RUN
 struct ResumeCommand {
-  std::filesystem::path run;
+  std::filesystem::path run;  ///< or a campaign
+  std::optional<std::uint64_t> replicates;
+  std::vector<std::string> sweeps;
+  std::uint64_t at_once = 0;
   std::optional<std::uint64_t> generations;
   bool accept_changes = false;
   std::vector<std::filesystem::path> plugin_path;
@@ -46,6 +53,7 @@ struct ValidateCommand {
   std::filesystem::path file;
   std::vector<std::string> overrides;
   std::vector<std::filesystem::path> plugin_path;
+  std::vector<std::string> sweeps;
   bool show_resolved = false;
 };
 
@@ -66,6 +74,14 @@ struct NewCommand {
   std::string kind;
   std::string name;
   std::filesystem::path directory;
+};
+
+/// somas-host check FILE.so
+struct CheckCommand {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;  ///< --set ID.parameter=VALUE
+  unsigned seconds = 20;
+  std::uint64_t memory_mib = 2048;
 };
 
 /// somas-host schema
@@ -172,7 +188,7 @@ struct Done {
 using Command =
     std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, NewCommand,
                  SchemaCommand, ReplayCommand, CompeteCommand, ResumeCommand, DumpCommand,
-                 RenderCommand, MovieCommand, ExportCommand>;
+                 RenderCommand, MovieCommand, ExportCommand, CheckCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ResumeCommand& command, run::Terminal& terminal);
@@ -187,6 +203,7 @@ int execute(const CompeteCommand& command, run::Terminal& terminal);
 int execute(const ExportCommand& command, run::Terminal& terminal);
 int execute(const RenderCommand& command, run::Terminal& terminal);
 int execute(const MovieCommand& command, run::Terminal& terminal);
+int execute(const CheckCommand& command, run::Terminal& terminal);
 
 /// Writes to the standard output. Throws run::WriteError.
 void print(const std::string& text);

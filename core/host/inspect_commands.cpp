@@ -1,5 +1,7 @@
 // Commands that look and touch nothing: validate, plugins, describe.
 #include "core/experiment/experiment.hpp"
+#include "core/experiment/warnings.hpp"
+#include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/plugins/describe.hpp"
@@ -48,6 +50,8 @@ std::string summary_of(const experiment::Experiment& experiment) {
   for (const experiment::Experiment::Library& library : experiment.libraries)
     text += "  plugin: " + library.plugin_id + " " + library.version + " (" +
             library.file.string() + ")\n";
+  for (const std::string& warning : experiment::warnings_of(experiment))
+    text += "  warning: " + warning + "\n";
   return text;
 }
 
@@ -69,6 +73,9 @@ plugins::DescribeFormat format_named(const std::string& name) {
 }  // namespace
 
 int execute(const ValidateCommand& command, run::Terminal&) {
+  const auto design = experiment::read_design(command.file, {command.overrides, command.sweeps});
+  if (design && !design->is_one_run() && !command.show_resolved)
+    return validate_design(command, *design);
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
   print(command.show_resolved ? experiment.resolved_yaml : summary_of(experiment));

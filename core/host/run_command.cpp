@@ -1,3 +1,7 @@
+#include <spdlog/spdlog.h>
+
+#include "core/experiment/warnings.hpp"
+#include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/run_ending.hpp"
 #include "core/run/runner.hpp"
@@ -5,11 +9,26 @@
 
 namespace somas::host {
 
+namespace {
+
+/// What file and options say of replicates and a sweep; nothing: it is a single run.
+std::optional<experiment::Design> design_of(const RunCommand& command) {
+  if (command.single) return std::nullopt;
+  auto design =
+      experiment::read_design(command.file, {command.overrides, command.sweeps, command.dry_run});
+  if (design && design->is_one_run() && !command.dry_run) return std::nullopt;
+  return design;
+}
+
+}  // namespace
+
 int execute(const RunCommand& command, run::Terminal& terminal) {
+  if (const auto design = design_of(command)) return run_design(command, *design, terminal);
   // From here on Ctrl-C only asks: plugins may take a while to load.
   const run::SignalGuard signals;
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
+  for (const std::string& warning : experiment::warnings_of(experiment)) spdlog::warn(warning);
 
   const auto backend = make_backend(command.backend, terminal);
   run::RunOptions options;

@@ -105,10 +105,20 @@ void Coordinator::reproduce(std::uint64_t number) {
 std::optional<Journal::Evaluated> Coordinator::evaluate(std::uint64_t number) {
   const std::vector<evaluation::Task> tasks = contest_->tasks();
   auto evaluated = journal_.evaluate(tasks, number, evaluator_, stop_, [this](std::size_t done) {
+    note_reference();
     if (watcher_ != nullptr) watcher_->update(done);
   });
   if (evaluated) refuse_if_all_failed(number, evaluated->results);
   return evaluated;
+}
+
+/// As soon as it is known: whoever resumes the run has to compute the same bits.
+void Coordinator::note_reference() {
+  if (reference_noted_) return;
+  const auto reference = evaluator_.reference();
+  if (!reference) return;
+  directory_.store().note_reference(*reference);
+  reference_noted_ = true;
 }
 
 /// Without a life that went well there is nothing to select.

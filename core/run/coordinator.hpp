@@ -48,6 +48,7 @@ class Coordinator {
   bool generation(std::uint64_t number);
   void reproduce(std::uint64_t number);
   [[nodiscard]] std::optional<Journal::Evaluated> evaluate(std::uint64_t number);
+  void note_reference();
   void refuse_if_all_failed(std::uint64_t number, const std::vector<evaluation::Result>& results);
   [[noreturn]] void fail(std::uint64_t number, std::size_t task,
                          const evaluation::Failure& failure);
@@ -74,6 +75,7 @@ class Coordinator {
   std::vector<evolution::Population> populations_;  ///< of the last generation, or the present one
   std::vector<FormerChampion> former_;              ///< by generation, for the hall of fame
   std::optional<Contest> contest_;                  ///< of the present generation
+  bool reference_noted_ = false;
   RunReport report_;
 };
 

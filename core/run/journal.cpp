@@ -45,6 +45,13 @@ std::int64_t checksum_of(Bytes task, std::uint64_t generation, std::string_view 
   return first_half(hasher.key());
 }
 
+std::int64_t checksum_of(Bytes task, std::uint64_t seat, std::uint64_t key, double x, double y,
+                         Bytes controller, Bytes tree) {
+  Hasher hasher;
+  hasher.add(task).add(seat).add(key).add(x).add(y).add(controller).add(tree);
+  return first_half(hasher.key());
+}
+
 // Columns from `first` on, as the table has them after `generation`.
 Row row_of(const Statement& statement, int first) {
   Row row;
@@ -99,7 +106,8 @@ Journal::Journal(const Database& database, const TaskKey& experiment)
       find_failure_(database, "SELECT attempts, cause, plugin, step FROM failures WHERE task = ?"),
       insert_(database,
               "INSERT INTO evaluations VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
-      insert_failure_(database, "INSERT INTO failures VALUES (?, ?, ?, ?, ?, ?, ?, ?)") {}
+      insert_failure_(database, "INSERT INTO failures VALUES (?, ?, ?, ?, ?, ?, ?, ?)"),
+      insert_organism_(database, "INSERT INTO failed_organisms VALUES (?, ?, ?, ?, ?, ?, ?, ?)") {}
 
 std::optional<Result> Journal::find(const TaskKey& key, std::size_t organisms) {
   Result result;
@@ -179,12 +187,7 @@ void Journal::record(const TaskKey& key, const Task& task, std::uint64_t generat
   if (!database_.in_transaction()) database_.execute("BEGIN IMMEDIATE");
   const Bytes name(key);
   if (result.failure) {
-    const Failure& failure = *result.failure;
-    const std::string seed = hex64(task.seed);
-    insert_failure_
-        .with(name, generation, seed, failure.attempts, failure.cause, failure.plugin, failure.step,
-              checksum_of(name, generation, seed, failure))
-        .run();
+    record_failure(key, task, generation, *result.failure);
   } else {
     for (std::uint64_t seat = 0; seat < result.rows.size(); ++seat) {
       const Row& row = result.rows[seat];
@@ -197,6 +200,25 @@ void Journal::record(const TaskKey& key, const Task& task, std::uint64_t generat
     }
   }
   commit_now_and_then();
+}
+
+void Journal::record_failure(const TaskKey& key, const Task& task, std::uint64_t generation,
+                             const Failure& failure) {
+  const Bytes name(key);
+  const std::string seed = hex64(task.seed);
+  insert_failure_
+      .with(name, generation, seed, failure.attempts, failure.cause, failure.plugin, failure.step,
+            checksum_of(name, generation, seed, failure))
+      .run();
+  for (std::uint64_t seat = 0; seat < task.roster.size(); ++seat) {
+    const evaluation::Organism& organism = task.roster[seat];
+    const Bytes controller(organism.genome->controller), tree(organism.genome->tree);
+    const double x = organism.x + 0.0, y = organism.y + 0.0;  // as it will be read
+    insert_organism_
+        .with(name, seat, organism.key, x, y, controller, tree,
+              checksum_of(name, seat, organism.key, x, y, controller, tree))
+        .run();
+  }
 }
 
 void Journal::commit_now_and_then() {
@@ -229,6 +251,15 @@ void verify_journal(const Database& database) {
     if (checksum_of(failures.bytes(0), failures.natural(1), failures.text(2),
                     failure_of(failures, 3)) != failures.integer(7))
       damaged("failures", failures.bytes(0));
+
+  Statement organisms(database,
+                      "SELECT task, seat, key, x, y, controller, tree, checksum "
+                      "FROM failed_organisms");
+  while (organisms.step())
+    if (checksum_of(organisms.bytes(0), organisms.natural(1), organisms.natural(2),
+                    organisms.real(3), organisms.real(4), organisms.bytes(5),
+                    organisms.bytes(6)) != organisms.integer(7))
+      damaged("failed_organisms", organisms.bytes(0));
 }
 
 }  // namespace somas::run

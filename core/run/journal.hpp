@@ -41,12 +41,14 @@ class Journal {
   [[nodiscard]] Plan plan(std::span<const evaluation::Task> tasks);
   void record(const TaskKey& key, const evaluation::Task& task, std::uint64_t generation,
               const evaluation::Result& result);
+  void record_failure(const TaskKey& key, const evaluation::Task& task, std::uint64_t generation,
+                      const evaluation::Failure& failure);
   void commit_now_and_then();
   void commit();
 
   const Database& database_;
   TaskKey experiment_;
-  Statement find_, find_failure_, insert_, insert_failure_;
+  Statement find_, find_failure_, insert_, insert_failure_, insert_organism_;
   std::chrono::steady_clock::time_point committed_{};
 };
 

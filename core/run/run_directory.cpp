@@ -70,7 +70,7 @@ std::string file_name_of(const std::string& name) {
 // What a run makes before its manifest; nothing of it is anybody's result.
 bool is_of_a_beginning(const std::string& name) {
   constexpr std::string_view names[] = {RunLock::file_name, "experiment.yaml", "resolved.yaml",
-                                        "champions", "genomes"};
+                                        "champions",        "genomes",         "conditions"};
   return std::find(std::begin(names), std::end(names), name) != std::end(names) ||
          name.starts_with(store_name) || name.starts_with('.');
 }
@@ -138,6 +138,8 @@ fs::path champion_path(const fs::path& run, std::uint64_t generation, std::uint3
   return run / "champions" / ("gen-" + number + ".json");
 }
 
+fs::path crash_path(const fs::path& run) { return run / "crash.txt"; }
+
 std::uint64_t last_generation(const fs::path& run) {
   std::optional<std::uint64_t> last;
   std::error_code error;
@@ -181,10 +183,10 @@ std::optional<std::uint64_t> champion_id(const fs::path& run, std::uint64_t gene
   return std::nullopt;
 }
 
-fs::path make_run_directory(const std::optional<fs::path>& out, const std::string& name,
-                            std::uint64_t seed) {
-  if (out) return make_given_directory(*out);
-  const std::string base = file_name_of(name) + "-seed" + std::to_string(seed);
+namespace {
+
+// runs/BASE, with -2, -3, ... as often as it takes.
+fs::path make_new_directory(const std::string& base) {
   fs::path path = fs::path("runs") / base;
   make_parents(path);
   // mkdir decides between two runs that start at once.
@@ -192,6 +194,26 @@ fs::path make_run_directory(const std::optional<fs::path>& out, const std::strin
     path.replace_filename(base + "-" + std::to_string(suffix));
   return path;
 }
+
+}  // namespace
+
+fs::path make_run_directory(const std::optional<fs::path>& out, const std::string& name,
+                            std::uint64_t seed) {
+  if (out) return make_given_directory(*out);
+  return make_new_directory(file_name_of(name) + "-seed" + std::to_string(seed));
+}
+
+fs::path make_campaign_directory(const std::optional<fs::path>& out, const std::string& name) {
+  if (out) return make_given_directory(*out);
+  return make_new_directory(file_name_of(name) + "-campaign");
+}
+
+void clear_beginning(const fs::path& directory) {
+  if (!is_free(directory)) refuse_earlier_run(directory);
+  remove_beginning(directory);
+}
+
+void make_directory_in(const fs::path& path) { make_directory(path); }
 
 bool holds_run(const fs::path& directory) {
   std::error_code error;
@@ -202,8 +224,7 @@ RunDirectory::RunDirectory(fs::path path, const experiment::Experiment& experime
                            const Json& manifest, std::span<const GivenGenome> genomes)
     : path_(std::move(path)), lock_(path_) {
   // Another run that started at the same moment may have been faster.
-  if (!is_free(path_)) refuse_earlier_run(path_);
-  remove_beginning(path_);
+  clear_beginning(path_);
   create_file(path_ / "experiment.yaml", experiment.original_yaml);
   create_file(path_ / "resolved.yaml", experiment.resolved_yaml);
   make_directory(path_ / "champions");

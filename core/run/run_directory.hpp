@@ -14,6 +14,7 @@
 //   genomes/given-0.json     saved genomes that seeded the first generation, if any
 //   states/                  worlds in mid-life that a replay saved, if any
 //   summary.json             how the run ended
+//   crash.txt                which plugin crashed the coordinator, if one did
 //   run.lock                 while a process works on it
 #pragma once
 
@@ -40,6 +41,9 @@ namespace somas::run {
                                                   std::uint64_t generation,
                                                   std::uint32_t population = 1);
 
+/// crash.txt of a run.
+[[nodiscard]] std::filesystem::path crash_path(const std::filesystem::path& run);
+
 /// The greatest generation with a champion in `run`. Throws UsageError if there is none.
 [[nodiscard]] std::uint64_t last_generation(const std::filesystem::path& run);
 
@@ -53,6 +57,17 @@ namespace somas::run {
 /// before it began counts as empty. Throws WriteError.
 [[nodiscard]] std::filesystem::path make_run_directory(
     const std::optional<std::filesystem::path>& out, const std::string& name, std::uint64_t seed);
+
+/// The same for a campaign: `out`, or runs/NAME-campaign.
+[[nodiscard]] std::filesystem::path make_campaign_directory(
+    const std::optional<std::filesystem::path>& out, const std::string& name);
+
+/// Removes what a start that was killed has left in a directory; its lock must be held. Throws
+/// UsageError if there is more.
+void clear_beginning(const std::filesystem::path& directory);
+
+/// Makes a directory in one that exists, unless it is there already. Throws WriteError.
+void make_directory_in(const std::filesystem::path& path);
 
 /// Whether a run has begun in the directory.
 [[nodiscard]] bool holds_run(const std::filesystem::path& directory);

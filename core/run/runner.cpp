@@ -52,6 +52,8 @@ struct Ways {
   evaluation::Backend* backend = nullptr;
   unsigned threads = 0;
   bool quiet = false;
+  Watcher* watcher = nullptr;
+  bool any_machine = false;  ///< even if it computes other bits than those before
 };
 
 /// From where the directory stands to the end, with progress on the terminal.
@@ -62,10 +64,14 @@ RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& dire
       ways.backend != nullptr ? nullptr : evaluation::thread_backend(ways.threads);
   evaluation::Backend& backend = ways.backend != nullptr ? *ways.backend : *own_backend;
   const auto evaluator = backend.evaluator(experiment);
+  if (const auto reference = directory.store().reference(); reference && !ways.any_machine)
+    evaluator->expect(*reference);
   const evolution::Settings& settings = experiment.evolution;
   const std::uint64_t finished = directory.store().generations();
   std::optional<Progress> progress;
-  if (!ways.quiet && finished == settings.generations) {
+  if (ways.watcher != nullptr) {
+    // It is told all that the terminal would show.
+  } else if (!ways.quiet && finished == settings.generations) {
     terminal.line("run " + directory.path().string() + " is complete: " +
                   plural(finished, "generation") + " (--generations N extends it)");
   } else if (!ways.quiet) {
@@ -77,13 +83,16 @@ RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& dire
     progress.emplace(terminal, settings.generations,
                      evolution::matches(settings, experiment.seed, 0).size());
   }
-  Coordinator coordinator(
-      {experiment, *evaluator, backend.workers(), directory, progress ? &*progress : nullptr, stop},
-      std::move(given));
+  Watcher* watcher = progress ? &*progress : ways.watcher;
+  Coordinator coordinator({experiment, *evaluator, backend.workers(), directory, watcher, stop},
+                          std::move(given));
+  const std::filesystem::path crash = crash_path(directory.path());
+  std::error_code ignored;
+  std::filesystem::remove(crash, ignored);
   // In a thread of its own, which is named after what it does (see enter_phase).
   return std::async(std::launch::async,
                     [&] {
-                      const evaluation::WatchedThread watched;  // a crash names the plugin
+                      const evaluation::WatchedThread watched(crash);
                       return coordinator.all_generations();
                     })
       .get();
@@ -103,6 +112,11 @@ std::vector<GivenGenome> genomes_in(const std::filesystem::path& run) {
 
 }  // namespace
 
+void check_genomes(const std::vector<std::filesystem::path>& files,
+                   const experiment::Experiment& experiment) {
+  static_cast<void>(parse_genomes(read_genomes(files), experiment));
+}
+
 RunReport run(const experiment::Experiment& experiment, const RunOptions& options,
               Terminal& terminal, evaluation::StopToken stop) {
   // Whatever can be wrong with the input shows before a directory is made.
@@ -116,15 +130,18 @@ RunReport run(const experiment::Experiment& experiment, const RunOptions& option
   RunDirectory directory(path, experiment, manifest, files);
   for (const std::string& warning : given.warnings) terminal.line("warning: " + warning);
   return carry_out(experiment, directory, std::move(given.genomes),
-                   {options.backend, options.threads, options.quiet}, terminal, stop);
+                   {options.backend, options.threads, options.quiet, options.watcher}, terminal,
+                   stop);
 }
 
 RunReport resume(const ResumeOptions& options, Terminal& terminal, evaluation::StopToken stop) {
   Resumption resumption = reopen(options, terminal);
   const std::vector<GivenGenome> files = genomes_in(options.run);
   Given given = parse_genomes(files, resumption.experiment);
-  return carry_out(resumption.experiment, *resumption.directory, std::move(given.genomes),
-                   {options.backend, options.threads, options.quiet}, terminal, stop);
+  return carry_out(
+      resumption.experiment, *resumption.directory, std::move(given.genomes),
+      {options.backend, options.threads, options.quiet, options.watcher, options.accept_changes},
+      terminal, stop);
 }
 
 }  // namespace somas::run

@@ -12,6 +12,7 @@
 #include "core/experiment/experiment.hpp"
 #include "core/run/coordinator.hpp"
 #include "core/run/terminal.hpp"
+#include "core/run/watcher.hpp"
 
 namespace somas::run {
 
@@ -21,6 +22,7 @@ struct RunOptions {
   evaluation::Backend* backend = nullptr;        ///< null: `threads` of this process
   unsigned threads = 0;                          ///< 0: one per processor
   bool quiet = false;                            ///< no progress
+  Watcher* watcher = nullptr;                    ///< instead of progress on the terminal
   std::vector<std::filesystem::path> genomes{};  ///< saved genomes that seed the first generation
   std::vector<std::filesystem::path> plugin_path{};  ///< for the manifest
   std::vector<std::string> command_line{};           ///< for the manifest
@@ -31,6 +33,10 @@ struct RunOptions {
 [[nodiscard]] RunReport run(const experiment::Experiment& experiment, const RunOptions& options,
                             Terminal& terminal, evaluation::StopToken stop);
 
+/// Whether saved genomes can seed a run of the experiment. Throws UsageError.
+void check_genomes(const std::vector<std::filesystem::path>& files,
+                   const experiment::Experiment& experiment);
+
 struct ResumeOptions {
   std::filesystem::path run{};                       ///< the run directory
   std::optional<std::uint64_t> generations{};        ///< in all; extends the run
@@ -39,6 +45,7 @@ struct ResumeOptions {
   evaluation::Backend* backend = nullptr;            ///< null: `threads` of this process
   unsigned threads = 0;                              ///< 0: one per processor
   bool quiet = false;                                ///< no progress
+  Watcher* watcher = nullptr;                        ///< instead of progress on the terminal
 };
 
 /// Goes on with a run, wherever it ended; a run that is complete is left as it is. Throws as run()

@@ -11,7 +11,7 @@
 namespace somas::run {
 namespace {
 
-constexpr int store_version = 1;
+constexpr int store_version = 2;
 constexpr int application_id = 0x534F4D41;  // "SOMA"
 
 constexpr const char* schema = R"sql(
@@ -71,13 +71,23 @@ CREATE TABLE failures (           -- tasks that were set aside
   checksum INTEGER
 ) WITHOUT ROWID;
 
+CREATE TABLE failed_organisms (   -- the roster of a task that was set aside
+  task BLOB, seat INTEGER,
+  key INTEGER,                    -- of its random streams
+  x REAL, y REAL,                 -- where its founder is
+  controller BLOB, tree BLOB,     -- genes, as in individuals
+  checksum INTEGER,
+  PRIMARY KEY (task, seat)
+) WITHOUT ROWID;
+
 CREATE TABLE timing (             -- all that depends on the clock
   generation INTEGER PRIMARY KEY,
   seconds REAL, workers INTEGER, finished TEXT
 );
 CREATE TABLE sessions (           -- a row each time the run was begun or resumed
   session INTEGER PRIMARY KEY,
-  began TEXT, host TEXT, process INTEGER, workers INTEGER, generation INTEGER
+  began TEXT, host TEXT, process INTEGER, workers INTEGER, generation INTEGER,
+  canary INTEGER, reference TEXT  -- the reference simulation, and its hash
 );
 )sql";
 
@@ -277,6 +287,18 @@ std::optional<Store::Best> Store::best() const {
   return Best{rows.real(0), rows.natural(1)};
 }
 
+std::optional<Store::Last> Store::last() const {
+  Statement rows(database_,
+                 "SELECT best, median FROM generations WHERE population = 1 "
+                 "ORDER BY generation DESC LIMIT 1");
+  if (!rows.step()) return std::nullopt;
+  return Last{rows.real(0), rows.real(1)};
+}
+
+std::uint64_t Store::failures() const {
+  return static_cast<std::uint64_t>(database_.integer_of("SELECT count(*) FROM failures"));
+}
+
 std::string Store::champion_hash(std::uint64_t generation, std::uint32_t population) const {
   Statement row(database_,
                 "SELECT champion_xxh3_128 FROM generations WHERE generation = ? AND "
@@ -345,9 +367,25 @@ void Store::rollback() noexcept {
 }
 
 void Store::note_session(unsigned workers) {
-  Statement row(database_, "INSERT INTO sessions VALUES (NULL, ?, ?, ?, ?, ?)");
+  Statement row(database_, "INSERT INTO sessions VALUES (NULL, ?, ?, ?, ?, ?, NULL, NULL)");
   row.with(now_utc(), host_name(), static_cast<std::int64_t>(::getpid()), workers, generations())
       .run();
+}
+
+void Store::note_reference(const evaluation::Reference& reference) {
+  Statement row(database_,
+                "UPDATE sessions SET canary = ?, reference = ? WHERE session = "
+                "(SELECT max(session) FROM sessions)");
+  row.with(std::uint64_t{reference.canary}, std::string_view(reference.hash)).run();
+}
+
+std::optional<evaluation::Reference> Store::reference() const {
+  Statement row(database_,
+                "SELECT canary, reference FROM sessions WHERE reference IS NOT NULL "
+                "ORDER BY session DESC LIMIT 1");
+  if (!row.step()) return std::nullopt;
+  return evaluation::Reference{static_cast<std::uint32_t>(row.natural(0)),
+                               std::string(row.text(1))};
 }
 
 void Store::settle() noexcept {

@@ -81,6 +81,13 @@ class Store {
   };
   /// Over all finished generations; the earliest of equals.
   [[nodiscard]] std::optional<Best> best() const;
+  /// Of the last finished generation, of the first population.
+  struct Last {
+    double best = 0, median = 0;
+  };
+  [[nodiscard]] std::optional<Last> last() const;
+  /// Simulations that were set aside.
+  [[nodiscard]] std::uint64_t failures() const;
   /// XXH3-128 of the champion's file.
   [[nodiscard]] std::string champion_hash(std::uint64_t generation, std::uint32_t population) const;
 
@@ -93,6 +100,10 @@ class Store {
 
   /// Notes that somebody went on with the run.
   void note_session(unsigned workers);
+  /// What the reference simulation gives, in the session that was noted last.
+  void note_reference(const evaluation::Reference& reference);
+  /// The one noted last, in any session.
+  [[nodiscard]] std::optional<evaluation::Reference> reference() const;
   /// Makes the store one plain file, readable where nothing may be written. For the end of a run;
   /// does nothing while others read it.
   void settle() noexcept;

@@ -148,7 +148,8 @@ constexpr Table result_tables[] = {{"generations", "generation, population"},
                                    {"individuals", "generation, population, id"},
                                    {"trials", "generation, population, individual, trial"},
                                    {"evaluations", "task, seat"},
-                                   {"failures", "task"}};
+                                   {"failures", "task"},
+                                   {"failed_organisms", "task, seat"}};
 
 }  // namespace
 

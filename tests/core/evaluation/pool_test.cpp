@@ -256,7 +256,7 @@ TEST(Pool, APluginThatAlwaysCrashesIsNamed) {
   try {
     by_pool(experiment, Work(experiment, 4), options(2));
     FAIL() << "no exception";
-  } catch (const EvaluatorsLost& error) {
+  } catch (const ExperimentFails& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("no evaluator can simulate this experiment"),
                                     HasSubstr("field: act(fields): SIGSEGV")));
   }
@@ -321,7 +321,7 @@ TEST(Pool, AProgramThatIsNoHostIsReported) {
   const experiment::Experiment experiment = faulty_experiment();
   PoolOptions with = options(1);
   with.program = "/bin/false";
-  EXPECT_THROW(by_pool(experiment, Work(experiment, 2), with), EvaluatorsLost);
+  EXPECT_THROW(by_pool(experiment, Work(experiment, 2), with), ExperimentFails);
   with.program = "/nonexistent";
   EXPECT_THROW(by_pool(experiment, Work(experiment, 2), with), EvaluatorsLost);
 }
@@ -341,6 +341,37 @@ TEST(Pool, AnEvaluatorThatDoesNotReproduceTheReferenceIsRefused) {
   ASSERT_THAT(warnings, SizeIs(1));
   EXPECT_THAT(warnings[0], AllOf(HasSubstr("is refused: the reference simulation gives"),
                                  HasSubstr("instead of"), HasSubstr("build")));
+}
+
+TEST(Pool, WhoDoesNotReproduceWhatIsExpectedIsRefused) {
+  const experiment::Experiment experiment = faulty_experiment();
+  const Work work(experiment, 8);
+  Reference reference;
+  {
+    Pool pool(options(1));
+    const auto evaluator = pool.evaluator(experiment);
+    EXPECT_EQ(evaluator->reference(), std::nullopt);
+    EXPECT_TRUE(evaluator->evaluate(work.tasks(), {}, {}));
+    reference = evaluator->reference().value();
+  }
+  ThreadEvaluator threads(*experiment.ecosystem, 1);
+  EXPECT_EQ(threads.reference(), reference);
+  threads.expect(reference);
+
+  Pool pool(options(2));
+  const auto evaluator = pool.evaluator(experiment), other = pool.evaluator(experiment);
+  evaluator->expect(reference);
+  EXPECT_TRUE(evaluator->evaluate(work.tasks(), {}, {}));
+  reference.hash = "0123456789abcdef";
+  other->expect(reference);
+  try {
+    static_cast<void>(other->evaluate(work.tasks(), {}, {}));
+    FAIL() << "no exception";
+  } catch (const EvaluatorsLost& error) {
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("instead of 0123456789abcdef"), HasSubstr("no evaluator is left")));
+  }
+  EXPECT_THROW(threads.expect(reference), EvaluatorsLost);
 }
 
 // ---- processes ---------------------------------------------------------------------------------

@@ -142,6 +142,12 @@ TEST_F(Schema, RefusesBadFilesAtTheRightPlace) {
       {"extends: exp.yaml\nenvironments: {nutrients: {colour: red}}\n", "environments.nutrients: "},
       {"extends: exp.yaml\nspecialization: {states: [{}]}\n", "specialization.states.0: "},
       {"extends: 5\n", "extends: "},
+      {"replicates: 0\n" + whole, "replicates: "},
+      {"sweep: [1]\n" + whole, "sweep: "},
+      {"sweep: {seed: [1, 2]}\n" + whole, "sweep: "},
+      {"sweep: {world.radius: []}\n" + whole, "sweep.world.radius: "},
+      {"sweep: {world.radius: null}\n" + whole, "sweep.world.radius: "},
+      {"sweep: {size: {small: {}, large: 3}}\n" + whole, "sweep.size.large: "},
   };
   fs::copy_file(experiments / "exp1.yaml", directory_ / "exp.yaml");
   std::vector<fs::path> files;
@@ -203,7 +209,7 @@ void collect(Node& node, std::vector<Node*>& all) {
   }
 }
 
-Node value(const std::string& text) { return parse_value(text, "mutation"); }
+Node value(const std::string& text) { return parse_value(text, {"mutation", 0, 0}); }
 
 // Changes one place: another value, no value, another key, one key too many.
 void mutate(Node& root, std::mt19937& random) {

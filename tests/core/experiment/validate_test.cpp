@@ -35,8 +35,9 @@ TEST_F(Messages, UnknownKey) {
             "integer, flag, text, word, numbers, table, inner, list, fault, plugin; did you mean "
             "'number'?");
   EXPECT_EQ(complaint("wurld: {}\n" + blocks),
-            "e.yaml:1:1: wurld: unknown key; allowed: somas, name, seed, world, evolution, record, "
-            "extends, "
+            "e.yaml:1:1: wurld: unknown key; allowed: somas, name, seed, replicates, world, "
+            "evolution, record, "
+            "extends, sweep, "
             "plugins, environments, specialization, controller, fitness; did you mean 'world'?");
   EXPECT_EQ(about_world("morphogens: {kinds: [{}, {evaporate: 1}]}"),
             "e.yaml:2:29: world.morphogens.kinds[1].evaporate: unknown key; allowed: attenuation, "

@@ -119,7 +119,7 @@ TEST_F(Backends, ACrashIsContainedAndIsNoBetterThanAnException) {
 
 TEST_F(Backends, APluginThatAlwaysFailsEndsTheRunByName) {
   write("fault: segfault, step: 0");
-  EXPECT_EQ(host({"--workers", "2", "--out", "a"}), 6);
+  EXPECT_EQ(host({"--workers", "2", "--out", "a"}), 3);
   EXPECT_THAT(err_, HasSubstr("no evaluator can simulate this experiment: faults: act(fields): "
                               "SIGSEGV"));
 }

@@ -38,9 +38,9 @@ struct Fault {
 
 void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.block << " " << fault.fault; }
 
-class BadPlugin : public testing::TestWithParam<Fault> {
+class Running : public testing::Test {
  protected:
-  BadPlugin() { run::write_file(scratch_.path() / "bad.yaml", experiment_text); }
+  Running() { run::write_file(scratch_.path() / "bad.yaml", experiment_text); }
   int run(const std::string& setting) {
     HostProcess process(scratch_.path(), {"bad.yaml", "--out", "run", "--quiet", "--threads", "1",
                                           "--set", setting});
@@ -51,6 +51,8 @@ class BadPlugin : public testing::TestWithParam<Fault> {
   Scratch scratch_;
   std::string err_;
 };
+
+class BadPlugin : public Running, public testing::WithParamInterface<Fault> {};
 
 TEST_P(BadPlugin, EndsTheRunWithItsPartCallAndFault) {
   const Fault& fault = GetParam();
@@ -74,17 +76,21 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{environment, "throw_int_declare", 2,
               "weather: declare: an exception that is no std::exception"},
         Fault{environment, "throw_connect", 2, loading + "weather: connect: asked to fail"},
-        Fault{environment, "sensor_twice", 2, loading + "weather: declare: "},
-        Fault{environment, "vary_nothing", 2, loading + "weather: connect: "},
+        Fault{
+            environment, "sensor_twice", 2,
+            loading +
+                "weather: declare: weather declares a sensor 'weather', which is declared already"},
+        Fault{environment, "vary_nothing", 2, loading + "weather: connect: no"},
         Fault{"specialization", "throw_constructor", 2,
               "bad.yaml:8:1: specialization: the plugin 'faulty_tree' cannot be created"},
         Fault{"specialization", "throw_declare", 2, "specialization: declare: asked to fail"},
         Fault{"specialization", "throw_grow", 2, "specialization: grow: asked to fail"},
-        Fault{"specialization", "no_states", 2, "specialization: "},
-        Fault{"specialization", "few_skills", 2, "specialization: "},
-        Fault{"specialization", "nan_skill", 2, "specialization: "},
-        Fault{"specialization", "nan_mass", 2, "specialization: "},
-        Fault{"specialization", "orphan", 2, "specialization: "},
+        Fault{"specialization", "no_states", 2, "specialization: grow: "},
+        Fault{"specialization", "few_skills", 2,
+              "state 'root': one value is needed for every skill"},
+        Fault{"specialization", "nan_skill", 2, "state 'root': a skill is out of its range"},
+        Fault{"specialization", "nan_mass", 2, "state 'root': mass and radius must be positive"},
+        Fault{"specialization", "orphan", 2, "state 'child': its parent must come before it"},
         Fault{"controller", "throw_constructor", 2,
               "controller: the plugin 'faulty_controller' cannot be created: asked to fail"},
         Fault{"fitness", "throw_constructor", 2,
@@ -104,6 +110,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{environment, "throw_fields", 3, "weather: act(fields) at step 0: asked to fail"},
         Fault{environment, "throw_int_fields", 3,
               "weather: act(fields) at step 0: an exception that is no std::exception"},
+        Fault{environment, "throw_parameters", 3,
+              "weather: act(parameters) at step 0: asked to fail"},
         Fault{environment, "throw_sense", 3, "weather: act(sense) at step 0: asked to fail"},
         Fault{environment, "throw_forces", 3, "weather: act(forces) at step 0: asked to fail"},
         Fault{environment, "throw_stress", 3, "weather: act(stress) at step 0: asked to fail"},
@@ -125,6 +133,9 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{environment, "strike_nobody", 3, "weather: act(stress) at step 0: "},
         Fault{"controller", "throw_random", 3, "controller: random: asked to fail"},
         Fault{"controller", "throw_mutate", 3, "controller: mutate: asked to fail"},
+        Fault{"controller", "throw_cross", 3, "controller: cross: asked to fail"},
+        Fault{"controller", "throw_int_cross", 3,
+              "controller: cross: an exception that is no std::exception"},
         Fault{"controller", "throw_express", 3, "controller: express: asked to fail"},
         Fault{"controller", "no_program", 3, "controller: express: it returned no program"},
         Fault{"controller", "much_memory", 3,
@@ -142,6 +153,93 @@ INSTANTIATE_TEST_SUITE_P(
       return (one.param.block == environment ? "environment" : one.param.block) + "_" +
              one.param.fault;
     });
+
+// ---- with a genome that was saved
+// ----------------------------------------------------------------
+
+class BadReader : public Running {
+ protected:
+  BadReader() { EXPECT_EQ(run("seed=1"), 0) << err_; }
+  int run_on(const std::string& fault) {
+    HostProcess process(scratch_.path(),
+                        {"bad.yaml", "--out", fault, "--quiet", "--threads", "1", "--genome",
+                         "run/champions/gen-0001.json", "--set", "controller.fault=" + fault});
+    const int code = process.wait();
+    err_ = process.err();
+    return code;
+  }
+};
+
+TEST_F(BadReader, IsNamedWithFilePartAndCall) {
+  EXPECT_EQ(run_on("none"), 0) << err_;
+  EXPECT_EQ(run_on("throw_from_json"), 2);
+  EXPECT_THAT(err_, HasSubstr("run/champions/gen-0001.json.genome.controller.genes: controller: "
+                              "from_json: asked to fail"));
+  EXPECT_EQ(run_on("throw_int_from_json"), 2);
+  EXPECT_THAT(err_, HasSubstr("controller: from_json: an exception that is no std::exception"));
+  EXPECT_EQ(run_on("throw_conform"), 3);
+  EXPECT_THAT(err_, HasSubstr("controller: conform: asked to fail"));
+}
+
+// ---- what ends a process
+// -------------------------------------------------------------------------
+
+TEST_F(Running, NamesAPluginThatCrashesWhileItIsLoaded) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers report crashes themselves";
+#endif
+  EXPECT_EQ(run("environments.weather.fault=segfault_constructor"), 3);
+  EXPECT_THAT(err_, HasSubstr("SIGSEGV in weather: constructor: the plugin crashed"));
+  EXPECT_EQ(run("specialization.fault=segfault_grow"), 3);
+  EXPECT_THAT(err_, HasSubstr("SIGSEGV in specialization: grow: the plugin crashed"));
+}
+
+/// A run by evaluator processes, in which the fault comes with a cell's first division.
+class BadRun : public testing::Test {
+ protected:
+  int run(const std::string& fault, std::vector<std::string> options) {
+    run::write_file(scratch_.path() / "e.yaml",
+                    "somas: 1\nname: e\nseed: 5\n"
+                    "plugins: [" SOMAS_BINARY_DIR "/tests/fixtures/plugins, " SOMAS_BINARY_DIR
+                    "/tests/fixtures/faulty]\n"
+                    "world: {max_steps: 100, max_cells: 20, morphogens: {size: 9}}\n"
+                    "evolution: {population: 8, generations: 2}\n"
+                    "environments: {weather: {plugin: faulty_environment, cells: 2, fault: " +
+                        fault +
+                        "}}\nspecialization: {plugin: toy_tree}\n"
+                        "controller: {plugin: toy_controller}\nfitness: {plugin: toy_fitness}\n");
+    options.insert(options.begin(), {"e.yaml", "--out", "run", "--quiet", "--workers", "1"});
+    HostProcess process(scratch_.path(), options);
+    const int code = process.wait();
+    err_ = process.err();
+    return code;
+  }
+  Scratch scratch_;
+  std::string err_;
+};
+
+TEST_F(BadRun, OfAStepThatNeverEndsStopsAndCanBeResumed) {
+  EXPECT_EQ(run("loop", {"--watchdog", "1"}), 6);
+  EXPECT_THAT(err_, AllOf(HasSubstr("no step of the simulation in 1 s in weather: act(fields) at "
+                                    "step"),
+                          HasSubstr("can be resumed")));
+}
+
+TEST_F(BadRun, OfMemoryWithoutBoundStopsAndCanBeResumed) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory without a limit";
+#endif
+  EXPECT_EQ(run("memory", {"--evaluator-memory", "256"}), 6);
+  EXPECT_THAT(err_, AllOf(HasSubstr("out of memory"), HasSubstr("can be resumed")));
+}
+
+TEST_F(Running, WarnsOfAGridThatDoesNotCoverTheWorld) {
+  EXPECT_EQ(run("environments.weather.fault=small_grid"), 0);
+  EXPECT_THAT(err_, HasSubstr("environments.weather: its grid 'food' does not cover the world"));
+}
+
+// ---- what is no fault
+// ----------------------------------------------------------------------------
 
 class SoundPlugin : public BadPlugin {};
 

@@ -125,6 +125,18 @@ TEST_F(Mpi, RanksNeverReachTheResults) {
   }
 }
 
+TEST_F(Mpi, TheRunsOfACampaignShareAllRanks) {
+  HostProcess alone(scratch_.path(),
+                    {"e.yaml", "--replicates", "3", "--threads", "1", "--out", "alone", "-q"});
+  ASSERT_EQ(alone.wait(), 0) << alone.err();
+  HostProcess job = launch(2, {"e.yaml", "--replicates", "3", "--workers", "1", "--out", "ranks"});
+  ASSERT_EQ(job.wait(), 0) << job.err();
+  EXPECT_THAT(job.err(), HasSubstr("2 evaluator processes of 2 ranks"));
+  EXPECT_TRUE(read_file(path("alone/index.csv")) == read_file(path("ranks/index.csv")));
+  for (const char* run : {"/all/replicate-001", "/all/replicate-002", "/all/replicate-003"})
+    EXPECT_TRUE(results("alone" + std::string(run)) == results("ranks" + std::string(run))) << run;
+}
+
 TEST_F(Mpi, FaultsAreContainedOnAllRanks) {
   write("segfault, cells: 2");
   HostProcess alone(scratch_.path(), {"e.yaml", "--workers", "1", "--out", "alone"});

@@ -168,6 +168,24 @@ TEST_F(Resume, AnotherHostIsRefused) {
   EXPECT_THAT(err_, HasSubstr("the host is not the one of the run"));
 }
 
+TEST_F(Resume, AMachineThatComputesOtherBitsIsRefusedUnlessAccepted) {
+  ASSERT_EQ(host({"toy.yaml", "--generations", "2", "--out", "a"}), 0) << err_;
+  {
+    // As if it had been begun on another one.
+    const run::Database database(path("a/run.sqlite"), run::Database::Access::write);
+    EXPECT_EQ(database.text_of("SELECT length(reference) FROM sessions"), "16");
+    database.execute("UPDATE sessions SET reference = '0123456789abcdef'");
+  }
+  for (const char* backend : {"threads", "processes"}) {
+    EXPECT_EQ(host({"resume", "a", "--generations", "4", "--backend", backend}), 6);
+    EXPECT_THAT(err_, AllOf(HasSubstr("the reference simulation gives "),
+                            HasSubstr("instead of 0123456789abcdef")));
+    EXPECT_EQ(generations_in("a"), 2u);
+  }
+  EXPECT_EQ(host({"resume", "a", "--generations", "4", "--accept-changes"}), 0) << err_;
+  EXPECT_EQ(host({"resume", "a", "--generations", "5"}), 0) << err_;
+}
+
 TEST_F(Resume, AChampionThatWasTouchedIsRefused) {
   ASSERT_EQ(host({"toy.yaml", "--generations", "2", "--out", "a"}), 0) << err_;
   const std::string champion = text("a/champions/gen-0001.json");

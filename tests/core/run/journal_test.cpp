@@ -45,6 +45,9 @@ class Counting final : public evaluation::Evaluator {
     return results;
   }
 
+  std::optional<evaluation::Reference> reference() override { return inner_.reference(); }
+  void expect(const evaluation::Reference& reference) override { inner_.expect(reference); }
+
   std::size_t asked = 0;
   std::size_t stop_after = SIZE_MAX, fail_after = SIZE_MAX;
   bool set_aside = false;
@@ -190,6 +193,36 @@ TEST_F(Journals, ATaskThatWasSetAsideIsOnRecordWithItsReason) {
   EXPECT_EQ(result.failure->step, 17u);
   EXPECT_THAT(result.rows, SizeIs(1));
   EXPECT_THAT(dump_text(), testing::HasSubstr(",3,SIGSEGV,controller: step,17,"));
+}
+
+TEST_F(Journals, TheRosterOfATaskThatWasSetAsideIsOnRecordWithItsGenes) {
+  tasks_[3].roster.push_back({.genome = &genomes_[1], .key = 9, .x = -0.0, .y = 2.5});
+  Counting counting(*ecosystem_);
+  counting.set_aside = true;
+  evaluate(counting);
+  const Store store(file_, Database::Access::write);  // and its checksums hold
+  Statement rows(store.database(),
+                 "SELECT seat, key, x, y, controller, tree FROM failed_organisms "
+                 "JOIN failures USING (task) WHERE task = ? ORDER BY seat");
+  rows.with(Bytes(key_of(key_, tasks_[3])));
+  for (const evaluation::Organism& organism : tasks_[3].roster) {
+    ASSERT_TRUE(rows.step());
+    EXPECT_EQ(rows.natural(1), organism.key);
+    EXPECT_EQ(rows.real(2), organism.x);
+    EXPECT_EQ(rows.real(3), organism.y);
+    EXPECT_THAT(rows.bytes(4), testing::ElementsAreArray(organism.genome->controller));
+    EXPECT_THAT(rows.bytes(5), testing::ElementsAreArray(organism.genome->tree));
+  }
+  EXPECT_FALSE(rows.step());
+}
+
+TEST_F(Journals, AFailedGenomeThatWasTamperedWithIsNoticed) {
+  Counting counting(*ecosystem_);
+  counting.set_aside = true;
+  evaluate(counting);
+  const Database database(file_, Database::Access::write);
+  database.execute("UPDATE failed_organisms SET controller = x'00'");
+  EXPECT_THROW(Store(file_, Database::Access::write), DamagedStore);
 }
 
 TEST_F(Journals, TheDumpDoesNotDependOnTheOrderOfEvaluation) {
