@@ -137,7 +137,8 @@ ParameterValue given_parameters(const plugins::Library& library, const ClassInfo
     block.key = one.id;
     block.position = block.key_position = {"--set", 0, 0};
   }
-  for (const std::string& assignment : assignments) experiment::apply_override(root, assignment);
+  for (const std::string& assignment : assignments)
+    experiment::apply_override(root, experiment::set_by_hand(assignment));
 
   experiment::Problems problems;
   for (const experiment::Node& block : root.items)
