@@ -1,5 +1,6 @@
 #include "core/conformance/supervisor.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -147,8 +148,9 @@ class Examiner {
       }
       const std::uint64_t now = page_->site.progress.load(std::memory_order_relaxed);
       if (now != std::exchange(progress, now)) alive = Clock::now();
-      if (!hung_ &&
-          std::chrono::duration<double>(Clock::now() - alive).count() > options_.seconds) {
+      // A busy machine may take its time to start a process.
+      const double limit = now == 0 ? std::max(60.0, options_.seconds) : options_.seconds;
+      if (!hung_ && std::chrono::duration<double>(Clock::now() - alive).count() > limit) {
         hung_ = true;
         ::kill(process_, SIGKILL);
       }

@@ -334,7 +334,8 @@ class Rule : public testing::TestWithParam<Broken> {
  protected:
   static void expect_found() {
     const Broken& broken = GetParam();
-    const Checked checked = check(faulty, {"--seconds", "1", "--memory", "256", "--set",
+    const std::string seconds = broken.fault.starts_with("endless_") ? "1" : "60";
+    const Checked checked = check(faulty, {"--seconds", seconds, "--memory", "256", "--set",
                                            broken.plugin + ".fault=" + broken.fault});
     EXPECT_EQ(checked.exit_code, 3) << checked.out << checked.err;
     EXPECT_THAT(checked.lines("FAIL"),

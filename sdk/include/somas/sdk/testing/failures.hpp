@@ -34,9 +34,9 @@ struct Check {
   std::function<void()> body;  ///< throws what is wrong; any number of times, in any order
   /// Laws without which this one says nothing.
   std::vector<std::string> needs{};
-  /// Checks with the same scope make no sense when this one fails.
+  /// What comes later in its scope makes no sense when this one fails.
   bool first = false;
-  std::string scope{};
+  std::string scope{};  ///< a layout, say; empty: all checks without one
 };
 
 /// In the order in which they are told.
