@@ -33,6 +33,7 @@ pkg_check_modules(cairo REQUIRED IMPORTED_TARGET GLOBAL cairo>=1.16)   # PkgConf
 find_package(ZLIB 1.2 REQUIRED)               # ZLIB::ZLIB; replay pages hold gzip
 # Recordings are HDF5 files, written through its C library (the serial one).
 pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET GLOBAL hdf5>=1.10.7)     # PkgConfig::hdf5
+pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET GLOBAL libdeflate>=1.14)  # compresses them
 
 if(SOMAS_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)           # GTest::gtest_main, GTest::gmock

@@ -3,6 +3,8 @@
 #
 #   host > report > run > recording > evaluation > experiment > evolution > plugins > model > sdk
 #
+# and conformance beside evaluation.
+#
 # usage: cmake/check-layers.sh [ROOT]. Prints each offending file:line; exits with 1 if any.
 set -euo pipefail
 cd "${1:-$(dirname "${BASH_SOURCE[0]}")/..}"
@@ -21,6 +23,7 @@ includes() {
   includes core | awk '
     BEGIN {
       rank["host"] = 9; rank["report"] = 8; rank["run"] = 7; rank["recording"] = 6; rank["evaluation"] = 5
+      rank["conformance"] = 5
       rank["evolution"] = 3; rank["experiment"] = 4; rank["plugins"] = 2; rank["model"] = 1
     }
     function complain(text) { print place ": " text " (" header ")" }

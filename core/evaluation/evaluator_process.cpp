@@ -49,6 +49,9 @@ void settle(pid_t parent, std::uint64_t memory_mib) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGUSR1, SIGUSR2})
     std::signal(signal, SIG_IGN);
   std::set_terminate(leave_by_terminate);
+  // At once, while it is known whose call asks for memory; and whoever goes on without it would
+  // give results that hang on the machine.
+  std::set_new_handler([] { leave(evaluator_no_memory); });
 
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);

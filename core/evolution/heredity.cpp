@@ -105,8 +105,13 @@ void Heredity::conform(model::Genome& genome, Rng& rng) const {
 }
 
 void Heredity::check(const model::Genome& genome) const {
-  if (tree_ != nullptr) tree_->check(no_ports, genome.tree);
+  // What check throws is its answer.
+  if (tree_ != nullptr) {
+    const model::PluginCall here("specialization", "check");
+    tree_->check(no_ports, genome.tree);
+  }
   const SharedLayout ports = ports_of(genome);
+  const model::PluginCall here("controller", "check");
   controller_->check(*ports, genome.controller);
 }
 

@@ -12,6 +12,10 @@
 #include "core/model/config.hpp"
 #include "core/model/ecosystem.hpp"
 
+namespace somas::plugins {
+class Library;
+}
+
 namespace somas::experiment {
 
 /// A place in a YAML file. Lines and columns count from 1; 0: not from a file (then `origin` says
@@ -73,7 +77,9 @@ struct Override {
 struct LoadOptions {
   std::vector<std::string> overrides;                     ///< "path.to.key=value" (--set), in order
   std::vector<std::filesystem::path> plugin_directories;  ///< --plugin-path
-  std::vector<Override> levels{};                         ///< of a sweep's factors, after --set
+  /// Plugins that are linked into this program; if given, no files are looked for.
+  std::shared_ptr<const plugins::Library> linked_in{};
+  std::vector<Override> levels{};  ///< of a sweep's factors, after --set
 };
 
 /// Reads, resolves, validates and wires. Throws InputError.

@@ -6,6 +6,7 @@
 #include "core/experiment/overlay.hpp"
 #include "core/experiment/reader.hpp"
 #include "core/experiment/sweep.hpp"
+#include "core/model/call_site.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
 
@@ -160,7 +161,10 @@ void Loader::find_plugins() {
   }
   for (plugins::SearchDirectory& place : search_path(options_.plugin_directories))
     path.push_back(std::move(place));
-  registry_.emplace(std::move(path));
+  if (options_.linked_in != nullptr)
+    registry_.emplace(plugins::Registry::of(options_.linked_in));
+  else
+    registry_.emplace(std::move(path));
 }
 
 void Loader::check_blocks() {
@@ -270,6 +274,7 @@ void Loader::blame(const std::string& instance, const std::string& path,
 template <class Interface>
 std::shared_ptr<Interface> Loader::create(const Block& block) const {
   try {
+    const model::PluginCall here(block.instance, "constructor");
     return block.plugin.create<Interface>(block.parameters);
   } catch (const ParameterError& error) {
     blame(block.instance, error.path(), error.what());

@@ -20,9 +20,9 @@
 namespace somas::host {
 namespace {
 
-const std::vector<std::string> command_names = {
-    "run",    "resume",  "validate", "plugins", "describe", "new",   "schema",
-    "replay", "compete", "dump",     "render",  "movie",    "export"};
+const std::vector<std::string> command_names = {"run",  "resume", "validate", "plugins", "describe",
+                                                "new",  "check",  "schema",   "replay",  "compete",
+                                                "dump", "render", "movie",    "export"};
 
 bool is_command(const std::string& word) {
   return std::find(command_names.begin(), command_names.end(), word) != command_names.end();
@@ -58,6 +58,7 @@ struct Options {
   PluginsCommand plugins;
   DescribeCommand describe;
   NewCommand create;
+  CheckCommand check;
   SchemaCommand schema;
   ReplayCommand replay;
   CompeteCommand compete;
@@ -262,6 +263,22 @@ void add_new(CLI::App& parser, Options& options) {
   app.add_option("DIR", create.directory, "Where to write it; absent or empty")
       ->type_name("")
       ->required();
+}
+
+void add_check(CLI::App& parser, CheckCommand& check) {
+  CLI::App& app = *parser.add_subcommand(
+      "check", "Examine a plugin file, in a process of its own: does it keep the contract?");
+  app.add_option("FILE", check.file, "The plugin (NAME.somas.so)")->type_name("")->required();
+  app.add_option("--set", check.overrides,
+                 "A parameter of a class, in place of its default; may be repeated")
+      ->type_name("ID.PARAMETER=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--seconds", check.seconds, "Longest that one call may take; default 20")
+      ->type_name("S")
+      ->check(whole_number(1, 1'000'000));
+  app.add_option("--memory", check.memory_mib, "Most memory of the process, in MiB; default 2048")
+      ->type_name("MIB")
+      ->check(whole_number(64, 1u << 30));
 }
 
 void add_schema(CLI::App& parser, Options& options) {
@@ -550,6 +567,7 @@ Command chosen(const CLI::App& parser, Options& options) {
   if (parser.got_subcommand("plugins")) return options.plugins;
   if (parser.got_subcommand("describe")) return options.describe;
   if (parser.got_subcommand("new")) return options.create;
+  if (parser.got_subcommand("check")) return options.check;
   if (parser.got_subcommand("schema")) return options.schema;
   options.replay.save = options.save_option->count() > 0;
   if (options.replay.save && !options.save_state.empty())
@@ -575,6 +593,7 @@ Command parse_command_line(const std::vector<std::string>& arguments) {
   add_plugins(parser, options);
   add_describe(parser, options);
   add_new(parser, options);
+  add_check(parser, options.check);
   add_schema(parser, options);
   add_replay(parser, options);
   add_compete(parser, options);

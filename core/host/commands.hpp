@@ -76,6 +76,14 @@ struct NewCommand {
   std::filesystem::path directory;
 };
 
+/// somas-host check FILE.so
+struct CheckCommand {
+  std::filesystem::path file;
+  std::vector<std::string> overrides;  ///< --set ID.parameter=VALUE
+  unsigned seconds = 20;
+  std::uint64_t memory_mib = 2048;
+};
+
 /// somas-host schema
 struct SchemaCommand {
   std::vector<std::filesystem::path> plugin_path;
@@ -180,7 +188,7 @@ struct Done {
 using Command =
     std::variant<Done, RunCommand, ValidateCommand, PluginsCommand, DescribeCommand, NewCommand,
                  SchemaCommand, ReplayCommand, CompeteCommand, ResumeCommand, DumpCommand,
-                 RenderCommand, MovieCommand, ExportCommand>;
+                 RenderCommand, MovieCommand, ExportCommand, CheckCommand>;
 
 int execute(const RunCommand& command, run::Terminal& terminal);
 int execute(const ResumeCommand& command, run::Terminal& terminal);
@@ -195,6 +203,7 @@ int execute(const CompeteCommand& command, run::Terminal& terminal);
 int execute(const ExportCommand& command, run::Terminal& terminal);
 int execute(const RenderCommand& command, run::Terminal& terminal);
 int execute(const MovieCommand& command, run::Terminal& terminal);
+int execute(const CheckCommand& command, run::Terminal& terminal);
 
 /// Writes to the standard output. Throws run::WriteError.
 void print(const std::string& text);

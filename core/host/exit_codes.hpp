@@ -22,7 +22,7 @@ inline constexpr const char* exit_code_help =
     "  0    done\n"
     "  1    internal error, or not enough memory\n"
     "  2    bad input: command line, experiment file, saved genome or run directory\n"
-    "  3    a plugin failed while the experiment ran\n"
+    "  3    a plugin failed while the experiment ran, or in a check\n"
     "  4    a replay does not reproduce its record\n"
     "  5    results cannot be written (disk full, no permission)\n"
     "  6    evaluators were lost (killed, out of memory, no progress); finished work is saved\n"

@@ -1,5 +1,6 @@
 // Commands that look and touch nothing: validate, plugins, describe.
 #include "core/experiment/experiment.hpp"
+#include "core/experiment/warnings.hpp"
 #include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/exit_codes.hpp"
@@ -49,6 +50,8 @@ std::string summary_of(const experiment::Experiment& experiment) {
   for (const experiment::Experiment::Library& library : experiment.libraries)
     text += "  plugin: " + library.plugin_id + " " + library.version + " (" +
             library.file.string() + ")\n";
+  for (const std::string& warning : experiment::warnings_of(experiment))
+    text += "  warning: " + warning + "\n";
   return text;
 }
 

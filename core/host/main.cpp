@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/conformance/examiner.hpp"
+#include "core/conformance/report.hpp"
 #include "core/evaluation/cluster.hpp"
 #include "core/evaluation/crash_report.hpp"
 #include "core/evaluation/evaluator.hpp"
@@ -105,6 +107,8 @@ int main(int count, char** words) {
   const std::vector<std::string> arguments(words + (count > 0 ? 1 : 0), words + count);
   if (!arguments.empty() && arguments.front() == somas::evaluation::evaluator_command)
     somas::evaluation::serve_evaluations({arguments.begin() + 1, arguments.end()});
+  if (!arguments.empty() && arguments.front() == somas::conformance::examiner_command)
+    somas::conformance::examine({arguments.begin() + 1, arguments.end()});
   somas::evaluation::report_crashes(somas::host::exit_plugin_failed);
   const somas::evaluation::WatchedThread watched;
   somas::run::Terminal terminal(stderr);

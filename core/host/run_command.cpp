@@ -1,3 +1,6 @@
+#include <spdlog/spdlog.h>
+
+#include "core/experiment/warnings.hpp"
 #include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/run_ending.hpp"
@@ -25,6 +28,7 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   const run::SignalGuard signals;
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
+  for (const std::string& warning : experiment::warnings_of(experiment)) spdlog::warn(warning);
 
   const auto backend = make_backend(command.backend, terminal);
   run::RunOptions options;

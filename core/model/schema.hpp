@@ -93,6 +93,13 @@ struct Schema {
   [[nodiscard]] std::vector<SkillInfo> skill_infos() const;
 };
 
+/// Whether the squares of a grid cover the whole disc of that radius about the origin.
+[[nodiscard]] inline bool covers(const GridSpec& grid, double radius) {
+  return grid.left <= -radius && grid.bottom <= -radius &&
+         grid.left + grid.columns * grid.side >= radius &&
+         grid.bottom + grid.rows * grid.side >= radius;
+}
+
 /// The vocabulary before any environment spoke.
 [[nodiscard]] Schema core_schema();
 

@@ -1,7 +1,7 @@
 #include "core/plugins/describe.hpp"
 
-#include <cmath>
-
+#include "core/plugins/declarations.hpp"
+#include "core/plugins/example.hpp"
 #include "core/plugins/relations.hpp"
 #include "core/plugins/suggest.hpp"
 #include "core/plugins/yaml_text.hpp"
@@ -105,31 +105,6 @@ void text_lines(std::string& out, std::span<const ParameterInfo> parameters,
   }
 }
 
-// A number in range; the least one where there is one.
-double number_in_range(const ParameterInfo& info) {
-  if (in_range(info, 1)) return 1;
-  if (in_range(info, info.minimum)) return info.minimum;
-  const double above = std::isfinite(info.maximum) ? info.maximum : info.minimum + 1;
-  return in_range(info, above) ? above : 0;
-}
-
-// What could stand where a value is required: no default says what to write.
-ParameterValue example_of(const ParameterInfo& info) {
-  ParameterValue value;
-  value.kind = info.kind;
-  value.key = info.name;
-  if (info.kind == ParameterKind::number) value.number = number_in_range(info);
-  if (info.kind == ParameterKind::integer)
-    value.integer = static_cast<std::int64_t>(number_in_range(info));
-  if (info.kind == ParameterKind::text) value.text = "example";
-  if (info.kind == ParameterKind::choice) value.text = info.choices[0];
-  if (info.kind == ParameterKind::list) {
-    value.items.push_back(example_of(info.fields[0]));
-    value.items.back().key.clear();
-  }
-  return value;
-}
-
 void yaml_lines(std::string& out, std::span<const ParameterInfo> parameters, int indent);
 
 // A list with one element, in which every field is noted.
@@ -189,6 +164,20 @@ std::string cell(const std::string& text) {
   return safe;
 }
 
+// How an experiment names the class, with examples of what is required.
+std::string block_of(const PluginClass& described) {
+  const std::string id = described.id();
+  const bool is_environment = described.info->kind == PluginKind::environment;
+  std::string required;
+  for (const ParameterInfo& info : described.parameters())
+    if (info.required != 0) write_field(required, example_of(info), is_environment ? 4 : 2);
+  if (is_environment)
+    return "environments:\n  " + id + (required.empty() ? ": {}\n" : ":\n" + required);
+  const std::string kind = kind_name(described.info->kind);
+  return required.empty() ? kind + ": {plugin: " + id + "}\n"
+                          : kind + ":\n  plugin: " + id + "\n" + required;
+}
+
 }  // namespace
 
 std::string markdown_rows(std::span<const ParameterInfo> parameters, const std::string& prefix) {
@@ -232,9 +221,15 @@ std::string describe(const PluginClass& described, DescribeFormat format) {
     case DescribeFormat::markdown:
       break;
   }
-  out = "### `" + id + "` (" + kind + ")\n\n" + described.info->doc + ".\n\n";
-  if (described.parameters().empty()) return out + "No parameters.\n";
-  return out + markdown_header + markdown_rows(described.parameters());
+  out = "# `" + id + "` (" + kind + ")\n\n" + described.info->doc + ".\n\nIn the library `" +
+        described.library->id() + "`; in an experiment:\n\n```yaml\n" + block_of(described) +
+        "```\n\n## Parameters\n\n";
+  if (described.parameters().empty())
+    out += "No parameters.\n";
+  else
+    out += markdown_header + markdown_rows(described.parameters());
+  const std::string declared = declarations(described);
+  return declared.empty() ? out : out + "\n## What it declares\n\n" + declared;
 }
 
 std::string listing(const Registry& registry) {

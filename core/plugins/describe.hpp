@@ -10,7 +10,8 @@ namespace somas::plugins {
 
 enum class DescribeFormat { text, yaml, markdown };
 
-/// A class with all its parameters.
+/// A class with all its parameters; as Markdown a whole page, the class's reference, with what it
+/// declares.
 [[nodiscard]] std::string describe(const PluginClass& described, DescribeFormat format);
 
 /// Rows of a Markdown table, a parameter each, nested ones as "group.field" and "list[].field".

@@ -1,5 +1,6 @@
 #include "core/plugins/elf.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <elf.h>
@@ -182,6 +183,30 @@ std::string read_fingerprint(const std::filesystem::path& file) {
   throw BadPlugin(
       "no SOMAS note: not a plugin, or built without SOMAS_PLUGIN; name it "
       "otherwise, or rebuild it so");
+}
+
+std::vector<std::string> imported_functions(const std::filesystem::path& file) {
+  Image image(file);
+  const Elf64_Ehdr header = read_header(image);
+  const std::vector<Elf64_Shdr> sections = read_sections(image, header);
+  std::vector<std::string> names;
+  for (const Elf64_Shdr& table : sections) {
+    if (table.sh_type != SHT_DYNSYM || table.sh_link >= sections.size()) continue;
+    const Elf64_Shdr& texts = sections[table.sh_link];
+    if (texts.sh_type == SHT_NOBITS || table.sh_entsize != sizeof(Elf64_Sym)) continue;
+    std::string text(texts.sh_size, '\0');
+    image.read(texts.sh_offset, text.data(), text.size(), "the names of symbols");
+    std::vector<Elf64_Sym> symbols(table.sh_size / sizeof(Elf64_Sym));
+    image.read(table.sh_offset, symbols.data(), symbols.size() * sizeof(Elf64_Sym), "the symbols");
+    for (const Elf64_Sym& symbol : symbols) {
+      if (symbol.st_shndx != SHN_UNDEF || symbol.st_name == 0 || symbol.st_name >= text.size())
+        continue;
+      names.emplace_back(text.c_str() + symbol.st_name);
+    }
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
 }
 
 void check_fingerprint(const std::string& fingerprint) {

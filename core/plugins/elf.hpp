@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace somas::plugins {
 
@@ -16,6 +17,10 @@ class BadPlugin : public std::runtime_error {
 /// Reads, bounds-checked, the fingerprint in the SOMAS note of a shared library. Throws BadPlugin
 /// unless the file is a complete ELF shared library for this machine with such a note.
 [[nodiscard]] std::string read_fingerprint(const std::filesystem::path& file);
+
+/// Names of the symbols that a shared library takes from others, sorted; bounds-checked. Throws
+/// BadPlugin unless the file is a complete ELF shared library for this machine.
+[[nodiscard]] std::vector<std::string> imported_functions(const std::filesystem::path& file);
 
 /// Throws BadPlugin unless `fingerprint` is the one this host was built with.
 void check_fingerprint(const std::string& fingerprint);

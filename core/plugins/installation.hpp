@@ -6,7 +6,9 @@
 
 namespace somas::plugins {
 
-/// Of the running program; empty where the system does not tell.
+/// The running program; empty where the system does not tell.
+[[nodiscard]] std::filesystem::path executable_file();
+/// Where it stands; empty as above.
 [[nodiscard]] std::filesystem::path executable_directory();
 
 /// What bin/, lib/ and share/ stand in.

@@ -10,6 +10,7 @@
 #endif
 
 #include "core/plugins/check.hpp"
+#include "core/plugins/installation.hpp"
 #include "core/plugins/services.hpp"
 
 namespace somas::plugins {
@@ -96,7 +97,15 @@ Library::Library(const std::filesystem::path& file)
         "changes the floating-point mode of the whole process when loaded (built with -ffast-math "
         "or -Ofast?); rebuild it without");
 
-  const PluginInfo* table = call_entry(handle_->library);
+  accept(call_entry(handle_->library));
+}
+
+Library::Library(const PluginInfo* table) : file_(executable_file()) {
+  accept(table);
+  fingerprint_ = table->fingerprint;
+}
+
+void Library::accept(const PluginInfo* table) {
   check_table(table);
   id_ = table->id;
   version_ = table->version;
@@ -130,6 +139,10 @@ std::shared_ptr<const Library> Library::open(const std::filesystem::path& file) 
   }
   if (verdict.library == nullptr) throw BadPlugin(verdict.reason);
   return verdict.library;
+}
+
+std::shared_ptr<const Library> Library::linked_in(const PluginInfo* table) {
+  return std::shared_ptr<const Library>(new Library(table));
 }
 
 void* PluginClass::construct(PluginKind kind, const ParameterValue& parameters) const {

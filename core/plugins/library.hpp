@@ -34,6 +34,9 @@ class Library {
   /// Checks the file, loads it (once per file), and checks what it says of itself. Throws
   /// BadPlugin.
   [[nodiscard]] static std::shared_ptr<const Library> open(const std::filesystem::path& file);
+  /// A library that is linked into this program, by what its somas_plugin() returns. The table is
+  /// checked as a file's is; file() is the program. Throws BadPlugin.
+  [[nodiscard]] static std::shared_ptr<const Library> linked_in(const PluginInfo* table);
 
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
   [[nodiscard]] const std::string& id() const { return id_; }
@@ -44,6 +47,8 @@ class Library {
  private:
   struct Handle;
   explicit Library(const std::filesystem::path& file);
+  explicit Library(const PluginInfo* table);
+  void accept(const PluginInfo* table);
 
   std::filesystem::path file_;
   std::shared_ptr<Handle> handle_;

@@ -46,7 +46,17 @@ std::vector<SearchDirectory> standard_search_path() {
 Registry::Registry(std::vector<SearchDirectory> search_path)
     : search_path_(std::move(search_path)) {
   for (const SearchDirectory& place : search_path_) look_into(place.directory);
+  collect_classes();
+}
 
+Registry Registry::of(std::shared_ptr<const Library> library) {
+  Registry registry{std::vector<SearchDirectory>{}};
+  registry.candidates_.push_back({library->file(), library, {}});
+  registry.collect_classes();
+  return registry;
+}
+
+void Registry::collect_classes() {
   for (const Candidate& candidate : candidates_) {
     if (candidate.library == nullptr) continue;
     for (const ClassInfo& info : candidate.library->classes())

@@ -39,6 +39,8 @@ class Registry {
  public:
   /// Looks through the directories in order, and through each by file name; loads what is sound.
   explicit Registry(std::vector<SearchDirectory> search_path);
+  /// Has the classes of this library, and looks nowhere.
+  [[nodiscard]] static Registry of(std::shared_ptr<const Library> library);
 
   /// The class. Throws LookupError: unknown (with search path, rejected files, ids and a
   /// suggestion), of another kind, or defined by two libraries.
@@ -57,6 +59,7 @@ class Registry {
 
  private:
   void look_into(const std::filesystem::path& directory);
+  void collect_classes();
   [[nodiscard]] const std::vector<PluginClass>& unique(const std::string& id) const;
   [[nodiscard]] std::string missing(const std::string& what, const std::string& id,
                                     const std::vector<std::string>& known) const;

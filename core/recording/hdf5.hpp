@@ -108,13 +108,14 @@ class RawColumn {
   void flush();
 
  private:
-  void write(std::size_t bytes);
+  void write_chunk(const std::byte* rows, std::uint64_t count);
+  void grow_to(std::uint64_t rows);
 
   Handle set_;
   Type type_;
   Shape row_;
   std::size_t row_numbers_ = 1, row_bytes_ = 0, chunk_bytes_ = 0;
-  std::uint64_t rows_ = 0;
+  std::uint64_t chunk_rows_ = 1, rows_ = 0;
   std::vector<std::byte> waiting_;
 };
 

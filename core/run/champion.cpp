@@ -4,6 +4,8 @@
 #include <new>
 #include <utility>
 
+#include "core/model/call_site.hpp"
+
 namespace somas::run {
 namespace {
 
@@ -106,12 +108,18 @@ Genes genes_from_json(const JsonView& readable, const JsonView& chromosome, cons
                                 : "; the file does not say which " + std::string(part.kind) +
                                       " it is for: is it " + in_quotes(part.owner.id) + "?";
   Genes genes;
+  const std::string call = readable.place() + ": " + part.kind + ": from_json: ";
   try {
+    const model::PluginCall here(part.kind, "from_json");
     part.heritable.from_json(readable, genes);
   } catch (const UsageError& error) {
     throw UsageError(error.what() + doubt);
+  } catch (const std::bad_alloc&) {
+    throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
-    throw UsageError(readable.place() + ": " + error.what() + doubt);
+    throw UsageError(call + error.what() + doubt);
+  } catch (...) {
+    throw UsageError(call + "an exception that is no std::exception" + doubt);
   }
   return genes;
 }

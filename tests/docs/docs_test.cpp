@@ -68,13 +68,21 @@ const plugins::Registry& bundled() {
   return registry;
 }
 
+// Every bundled plugin, with a link to its reference.
+std::string plugin_table() {
+  std::string table = "| plugin | kind | what it is |\n|---|---|---|\n";
+  for (const PluginKind kind : {PluginKind::environment, PluginKind::specialization,
+                                PluginKind::controller, PluginKind::fitness})
+    for (const std::string& id : bundled().ids(kind))
+      table += "| [`" + id + "`](reference/plugins/" + id + ".md) | " + plugins::kind_name(kind) +
+               " | " + bundled().find(id).info->doc + " |\n";
+  return table;
+}
+
 std::string generated(const std::string& name) {
   if (name == "keys") return experiment::keys_reference();
   if (name == "exit codes") return std::string("```text\n") + host::exit_code_help + "```\n";
-  const std::string plugin = "plugin ";
-  if (name.starts_with(plugin))
-    return plugins::describe(bundled().find(name.substr(plugin.size())),
-                             plugins::DescribeFormat::markdown);
+  if (name == "plugins") return plugin_table();
   ADD_FAILURE() << "nothing is called '" << name << "'";
   return {};
 }
@@ -119,14 +127,29 @@ TEST(Generated, PartsAreUpToDate) {
   }
 }
 
-TEST(Generated, PartsCoverEveryBundledPlugin) {
-  std::set<std::string> described;
-  for (const fs::path& page : pages())
-    for (const Part& part : generated_parts(read(root / page))) described.insert(part.name);
+TEST(Generated, PartsOfTheGuideAreThere) {
+  std::set<std::string> found;
+  for (const Part& part : generated_parts(read(root / "docs/guide.md"))) found.insert(part.name);
+  EXPECT_EQ(found, (std::set<std::string>{"exit codes", "keys", "plugins"}));
+}
+
+// One for each bundled plugin, and no other.
+TEST(Generated, ReferencesOfPluginsAreUpToDate) {
+  const fs::path directory = root / "docs/reference/plugins";
+  std::set<std::string> expected, found;
   ASSERT_FALSE(bundled().ids().empty());
-  for (const std::string& id : bundled().ids())
-    EXPECT_TRUE(described.contains("plugin " + id)) << id << " has no table in docs/";
-  EXPECT_TRUE(described.contains("keys"));
+  for (const std::string& id : bundled().ids()) {
+    expected.insert(id + ".md");
+    const std::string page =
+        plugins::describe(bundled().find(id), plugins::DescribeFormat::markdown);
+    if (std::getenv("SOMAS_UPDATE_DOCS") != nullptr)
+      std::ofstream(directory / (id + ".md"), std::ios::binary) << page;
+    EXPECT_EQ(read(directory / (id + ".md")), page)
+        << "run: SOMAS_UPDATE_DOCS=1 ./dev test -R Generated";
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory))
+    found.insert(entry.path().filename().string());
+  EXPECT_EQ(found, expected);
 }
 
 // ---- names -------------------------------------------------------------------------------------
@@ -231,11 +254,11 @@ TEST(Names, OfSectionsKeepTheirNumbers) {
 // ---- the plugin of the SDK's first page --------------------------------------------------------
 
 TEST(Example, OfTheGuideIsThatOfTheHeader) {
-  // The header has it as a comment, indented by "//   ".
+  // The header has it as a comment, indented by "///   ".
   std::istringstream header(read(root / "sdk/include/somas/sdk/plugin.hpp"));
   std::string example;
-  for (std::string line; std::getline(header, line) && line.starts_with("//");)
-    if (line.starts_with("//   ")) example += line.substr(5) + "\n";
+  for (std::string line; std::getline(header, line) && line.starts_with("///");)
+    if (line.starts_with("///   ")) example += line.substr(6) + "\n";
   const std::string guide = read(root / "docs/plugins.md");
   const std::string mark = "<!-- file: breeze/breeze.cpp -->\n```cpp\n";
   const std::size_t begin = guide.find(mark);

@@ -3,10 +3,11 @@
 // usage: npm run --silent measure -- PAGE.html...
 //
 // Plays where the most cells live, at 120 steps a second, so that every frame of the screen (at
-// most 60 a second) shows another step; for five seconds. Prints a line a page.
+// most 60 a second) shows another step; for five seconds. Prints a line a page. The time that the
+// page's main thread works for a frame says what an idle machine would do.
 import { statSync } from 'node:fs';
 import { resolve } from 'node:path';
-import type { Page } from 'playwright-core';
+import type { CDPSession, Page } from 'playwright-core';
 
 import { launch, open, seek } from './support';
 
@@ -59,19 +60,30 @@ async function play(page: Page, from: number): Promise<number[]> {
   return times.sort((a, b) => a - b);
 }
 
+/** Seconds of processor time of the page's main thread so far. */
+async function worked(session: CDPSession): Promise<number> {
+  const { metrics } = await session.send('Performance.getMetrics');
+  return metrics.find(({ name }) => name === 'TaskDuration')!.value;
+}
+
 const browser = await launch();
 for (const file of process.argv.slice(2)) {
   const before = performance.now();
   const { page, close } = await open(browser, resolve(file));
   const load = performance.now() - before;
   const { step, cells } = await busiest(page);
+  const session = await page.context().newCDPSession(page);
+  await session.send('Performance.enable', { timeDomain: 'threadTicks' });
+  const idle = await worked(session);
   const times = await play(page, step);
+  const work = (await worked(session)) - idle;
   const left = await cellsOf(page);
   const rate = (1000 * times.length) / times.reduce((sum, time) => sum + time, 0);
   const slow = times[Math.floor(times.length * 0.95)];
   process.stdout.write(
     `${file}: ${(statSync(file).size / 1e6).toFixed(1)} MB, shown after ${(load / 1000).toFixed(2)} s; from step ${step}, ` +
-      `${cells} to ${left} cells: ${rate.toFixed(1)} frames/s, 95 % of them within ${slow.toFixed(0)} ms\n`,
+      `${cells} to ${left} cells: ${rate.toFixed(1)} frames/s, 95 % of them within ${slow.toFixed(0)} ms, ` +
+      `${((1000 * work) / times.length).toFixed(1)} ms of work each\n`,
   );
   await close();
 }

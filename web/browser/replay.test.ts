@@ -208,6 +208,17 @@ describe('the page of one life', () => {
     expect(Math.abs((await pixels(page, nutritive)) - before)).toBeLessThan(before * 0.02);
   });
 
+  it('draws cells round when a stage gets less room', async () => {
+    await page.evaluate(() => { document.querySelector<HTMLElement>('.stage canvas')!.style.height = '300px'; });
+    await drawn(page);
+    const [across, up, height] = await page.evaluate(() => {
+      const canvas = document.querySelector<HTMLCanvasElement>('.stage canvas')!;
+      return [canvas.width / canvas.clientWidth, canvas.height / canvas.clientHeight, canvas.clientHeight];
+    });
+    expect(height).toBe(300);
+    expect(across).toBeCloseTo(up, 2);
+  });
+
   it('is found again by its link', async () => {
     await seek(page, 140);
     await page.selectOption('#colour', 'pressure');

@@ -92,6 +92,9 @@ export class App {
       this.charts.resize();
       this.changed();
     }).observe(byId('app'));
+    // Words that grow by a line leave the stages less room: drawn anew at once, before it is seen.
+    const stages = new ResizeObserver(() => { this.drawStages(); });
+    for (const { canvas } of this.views) stages.observe(canvas);
     byId('app').setAttribute('aria-busy', 'false');
     this.changed();
   }
@@ -389,12 +392,20 @@ export class App {
   private draw(): void {
     this.stale = false;
     this.views.forEach((view, v) => {
-      this.drawView(view, v);
+      this.writeCaption(view, v);
     });
     this.drawTransport();
     this.charts.show(this.player.step);
     this.drawInspector();
+    // The stages get the room that is left.
+    this.drawStages();
     this.keepLink();
+  }
+
+  private drawStages(): void {
+    this.views.forEach((view, v) => {
+      this.drawView(view, v);
+    });
   }
 
   private sceneOf(view: View, index: number) {
@@ -425,6 +436,9 @@ export class App {
     const scene = this.sceneOf(view, index);
     if (this.side.follow) this.followOrganism(scene.frame, index);
     view.stage.draw(c, width, height, scene);
+  }
+
+  private writeCaption(view: View, index: number): void {
     const text = this.captionOf(view);
     const lines = [h('span', { class: 'counts' }, text)];
     if (this.views.length > 1) {
@@ -432,7 +446,7 @@ export class App {
       lines.unshift(h('strong', {}, name), h('span', { class: 'muted' }, this.subtitleOf(view.recording)));
     }
     view.caption.replaceChildren(...lines);
-    canvas.setAttribute('aria-label', `${view.recording.header.title}. ${text}`);
+    view.canvas.setAttribute('aria-label', `${view.recording.header.title}. ${text}`);
   }
 
   private captionOf({ recording }: View): string {

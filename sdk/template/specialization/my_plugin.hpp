@@ -29,7 +29,8 @@ class MyPlugin final : public somas::Specialization {
       throw somas::ParameterError("best", "a specialist must not be worse than the generalist");
   }
 
-  /// Once for a tree without genes. `skills` are the model's and those of all environments.
+  /// A tree without genes always grows alike. `skills` are the model's and those of all
+  /// environments.
   void grow(somas::GenesView, std::span<const somas::SkillInfo> skills,
             somas::TreeSink& tree) const override {
     std::vector<double> points(skills.size());

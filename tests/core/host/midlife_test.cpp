@@ -154,7 +154,8 @@ TEST_F(MidLife, OptionsThatDoNotGoTogetherSaySo) {
   refused({"--save-state", "--at-step", "9999"}, "has states before steps 1 to ");
   refused({"--from-step", "7", "--save-state", "--at-step", "7"}, "is not after step 7");
   refused({"--save-state", "a/summary.json", "--at-step", "7"}, "belongs to the run");
-  refused({"--save-state", "x", "--at-step", "7", "--csv", "./x"}, "--save-state name the same file: ");
+  refused({"--save-state", "x", "--at-step", "7", "--csv", "./x"},
+          "--save-state name the same file: ");
 }
 
 TEST_F(MidLife, OfAnotherLifeThanTheRecordIsReplayedWhole) {

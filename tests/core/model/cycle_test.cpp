@@ -633,6 +633,7 @@ TEST(Split, TreatsCellValuesByTheirRule) {
   EXPECT_EQ(bench.cells().values[ids[0]][daughter], 8);
   EXPECT_EQ(bench.cells().values[ids[1]][mother], 4);
   EXPECT_EQ(bench.cells().values[ids[1]][daughter], 4);
+  EXPECT_EQ(bench.cells().values[ids[2]][mother], 8);
   EXPECT_EQ(bench.cells().values[ids[2]][daughter], 0);
 }
 

@@ -9,6 +9,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include "somas/sdk/abi.hpp"
 
@@ -138,6 +139,60 @@ TEST_F(Elf, SurvivesAnyDamageToItsHeaders) {
     damaged[at] = static_cast<char>(random());
     static_cast<void>(complaint(damaged));
   }
+}
+
+/// All that is read of a file before it is loaded.
+void read_all(const std::filesystem::path& file) {
+  try {
+    check_fingerprint(read_fingerprint(file));
+    static_cast<void>(imported_functions(file));
+  } catch (const BadPlugin& bad) {
+    ASSERT_FALSE(std::string(bad.what()).empty());
+  }
+}
+
+// Anything but BadPlugin, a crash or a read beyond the end is a failure. The file is the one that
+// is kept in the tree, so that the damage is the same everywhere.
+TEST_F(Elf, SurvivesThousandsOfFlippedBytesAndCuts) {
+  const std::string whole = bytes_of(SOMAS_SOURCE_DIR "/tests/fixtures/abi1/abi1.somas.so");
+  Elf64_Ehdr header;
+  ASSERT_EQ(whole.copy(reinterpret_cast<char*>(&header), sizeof header), sizeof header);
+  const std::size_t note = whole.find(std::string("SOMAS\0\0\0", 8));
+  // What is worth damaging: the headers, the note, the table of symbols; then anything.
+  const std::pair<std::size_t, std::size_t> regions[] = {
+      {0, 64 + header.e_phnum * sizeof(Elf64_Phdr)},
+      {header.e_shoff, header.e_shnum * sizeof(Elf64_Shdr)},
+      {note - 12, sizeof(PluginNote)},
+      {0, 4096},
+      {0, whole.size()}};
+  // In memory: a disk would take longer than the reading.
+  const int memory = ::memfd_create("x.somas.so", MFD_CLOEXEC);
+  ASSERT_GE(memory, 0);
+  const std::filesystem::path file = "/proc/self/fd/" + std::to_string(memory);
+  std::mt19937 random(7);
+  for (int i = 0; i < 4000; ++i) {
+    std::string damaged = whole;
+    const auto& [first, length] = regions[random() % std::size(regions)];
+    for (unsigned flips = 1 + random() % 4; flips > 0; --flips) {
+      const std::size_t at = first + random() % length;
+      // Extremes reach further than chance does.
+      constexpr unsigned char extremes[] = {0x00, 0x01, 0x7F, 0x80, 0xFF};
+      damaged[at] = static_cast<char>(random() % 2 == 0 ? extremes[random() % 5] : random());
+    }
+    if (random() % 8 == 0) damaged.resize(random() % damaged.size());
+    ASSERT_EQ(::ftruncate(memory, 0), 0);
+    ASSERT_EQ(::pwrite(memory, damaged.data(), damaged.size(), 0),
+              static_cast<ssize_t>(damaged.size()));
+    ASSERT_NO_FATAL_FAILURE(read_all(file)) << i;
+  }
+  ::close(memory);
+}
+
+TEST_F(Elf, ListsWhatALibraryTakesFromOthers) {
+  const std::vector<std::string> names =
+      imported_functions(fixtures / "bad/undocumented/undocumented.somas.so");
+  EXPECT_THAT(names, testing::Contains("exp"));
+  EXPECT_THAT(names, testing::Not(testing::Contains("somas_plugin")));
 }
 
 }  // namespace

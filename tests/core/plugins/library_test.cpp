@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/plugins/check.hpp"
+#include "core/plugins/registry.hpp"
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
@@ -130,6 +131,16 @@ class Table : public testing::Test {
 };
 
 TEST_F(Table, PassesWhenSound) { EXPECT_EQ(complaint(), ""); }
+
+// A program may bring plugins along in itself.
+TEST_F(Table, LinkedInMakesALibraryAndTheOnlyOneOfARegistry) {
+  const auto library = Library::linked_in(&info_);
+  EXPECT_EQ(library->id(), info_.id);
+  EXPECT_EQ(library->fingerprint(), SOMAS_FINGERPRINT);
+  EXPECT_EQ(Registry::of(library).ids(), std::vector<std::string>{"toy"});
+  class_.id = "Toy";
+  EXPECT_THROW(static_cast<void>(Library::linked_in(&info_)), BadPlugin);
+}
 
 TEST_F(Table, HasIdsInSnakeCase) {
   class_.id = "Toy";

@@ -110,10 +110,12 @@ TEST(Describe, ShowsParametersAsText) {
   EXPECT_THAT(text, HasSubstr("  list[].depth: number, default 0.25, allowed [length]\n"));
 }
 
-TEST(Describe, ShowsMarkdown) {
+TEST(Describe, ShowsAPageAsMarkdown) {
   const PluginClass described = registry({good}).find("toy_controller");
   EXPECT_EQ(describe(described, DescribeFormat::markdown),
-            "### `toy_controller` (controller)\n\nConstant outputs from a byte each.\n\n"
+            "# `toy_controller` (controller)\n\nConstant outputs from a byte each.\n\n"
+            "In the library `somas.test.controller`; in an experiment:\n\n"
+            "```yaml\ncontroller: {plugin: toy_controller}\n```\n\n## Parameters\n\n"
             "| key | type | default | allowed | meaning |\n|---|---|---|---|---|\n"
             "| `gain` | number | `1` | 0 to 2 | Factor on every output |\n");
 }

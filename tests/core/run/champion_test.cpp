@@ -88,7 +88,8 @@ TEST_F(ChampionFile, ErrorsNameThePlace) {
   EXPECT_THAT(complaint(edited("crossover+mutation", "sorcery")),
               HasSubstr("gen-0003.json.operator: expected the name of an operator"));
   EXPECT_THAT(complaint(edited("\"bytes\": [", "\"bytes\": [300, ")),
-              HasSubstr("gen-0003.json.genome.controller.genes: a byte is 0 to 255"));
+              HasSubstr("gen-0003.json.genome.controller.genes: controller: from_json: a byte is 0 "
+                        "to 255"));
   EXPECT_THAT(complaint(edited("\"bytes\": [", "\"bytes\": [\"x\", ")),
               HasSubstr("gen-0003.json.genome.controller.genes.bytes[0]: expected an integer"));
   EXPECT_THAT(complaint(edited("\"count\": ", "\"count\": 1")),

@@ -42,6 +42,8 @@ cmake --build build >build.log || { cat build.log; exit 1; }
 ctest --test-dir build --output-on-failure >ctest.log || { cat ctest.log; exit 1; }
 grep -q '100% tests passed, 0 tests failed out of 2' ctest.log || { cat ctest.log; exit 1; }
 
+"$host" check "build/plugins/$name.somas.so" >check.log || { cat check.log; exit 1; }
+if grep '^  \(warn\|skip\)' check.log; then echo 'a template is not quite sound'; exit 1; fi
 "$host" describe "$name" --plugin-path build/plugins >describe.log
 grep -q "^$name ($kind): " describe.log || { cat describe.log; exit 1; }
 "$host" "$name.yaml" --set evolution.population=6 --generations 1 --out run --quiet
@@ -53,4 +55,4 @@ if grep -rlF -- "$source" "$prefix" .; then
   echo "these files name the source tree $source"
   exit 1
 fi
-echo "$kind: created, built, tested and run against the moved installation"
+echo "$kind: created, built, tested, checked and run against the moved installation"

@@ -16,6 +16,7 @@ for file in bin/somas-host include/somas/sdk/plugin.hpp include/somas/sdk/testin
   lib/cmake/SomasSDK/SomasSDKConfig.cmake lib/cmake/SomasSDK/SomasSDKConfigVersion.cmake \
   lib/somas/plugins/nutrients.somas.so share/somas/experiments/exp1.yaml \
   share/somas/template/environment/my_plugin.hpp share/doc/somas/docs/plugins.md \
+  share/doc/somas/docs/authors/first-plugin.md share/doc/somas/docs/reference/plugins/nutrients.md \
   share/doc/somas/LICENSE; do
   [[ -s $prefix/$file ]] || { echo "$file is not installed"; exit 1; }
 done

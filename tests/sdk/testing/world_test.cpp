@@ -35,6 +35,8 @@ std::unique_ptr<TestWorld> stage(const Puppet& puppet, Script script = {}) {
   static_cast<void>(d.resource("food", grid, skill));
   static_cast<void>(d.hazard("fire", d.skill("hide", {.fallback = 1})));
   static_cast<void>(d.cell_value("dose", OnDivision::halve));
+  static_cast<void>(d.cell_value("mark", OnDivision::copy));
+  static_cast<void>(d.cell_value("age", OnDivision::zero));
   static_cast<void>(d.sensor("smell"));
   static_cast<void>(d.parameter("heat", {.value = 4, .minimum = 3}));
   return std::make_unique<TestWorld>(info, declared, 1, std::move(script),
@@ -84,7 +86,8 @@ TEST(TestWorld, CellsAreBornMoveAndDie) {
 TEST(TestWorld, ChildrenInheritCellValuesByTheirRule) {
   Puppet puppet;
   puppet.on_act = [](Phase phase, World& world) {
-    if (phase == Phase::sense) world.cell_value(0)[0] = 8;
+    for (const Id value : {0, 1, 2})
+      if (phase == Phase::sense) world.cell_value(value)[0] = 8;
   };
   Script script = quiet({{.id = 1}});
   script.birth_every = 1;
@@ -92,8 +95,8 @@ TEST(TestWorld, ChildrenInheritCellValuesByTheirRule) {
   world->begin();
   world->advance();
   ASSERT_EQ(world->test_cells().size(), 2u);
-  EXPECT_EQ(world->test_cells()[0].values[0], 4);
-  EXPECT_EQ(world->test_cells()[1].values[0], 4);
+  EXPECT_THAT(world->test_cells()[0].values, ::testing::ElementsAre(4, 8, 8));
+  EXPECT_THAT(world->test_cells()[1].values, ::testing::ElementsAre(4, 8, 0));
 }
 
 TEST(TestWorld, WhatCellsEatLeavesTheGrid) {

@@ -1,4 +1,5 @@
-// Controllers: what turns a cell's inputs into its outputs.
+/// @file
+/// Controllers: what turns a cell's inputs into its outputs.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +13,13 @@ namespace somas {
 /// The cells of one (organism, state) as one contiguous range of lanes.
 /// in: Layout::input_channels rows; out: one row per Layout::outputs; memory: memory_per_cell rows.
 struct Batch {
-  std::uint32_t count = 0;
+  std::uint32_t count = 0;     ///< cells: the lanes of each matrix
   std::uint16_t organism = 0;  ///< place of its key in the roster's order of keys
-  std::uint16_t state = 0;
-  Matrix<const float> in;
-  Matrix<float> memory;  ///< host-owned, zero at the founder's birth, copied at division
-  Matrix<float> out;     ///< write every channel; values outside [0, 1] are clamped by the host,
-                         ///< which still ranks saturated actions by the unclamped value
+  std::uint16_t state = 0;     ///< of all its cells: index into Layout::states
+  Matrix<const float> in;      ///< what the cells sense, mostly in [0, 1]; never NaN
+  Matrix<float> memory;        ///< host-owned, zero at the founder's birth, copied at division
+  Matrix<float> out;           ///< write every channel; values outside [0, 1] are clamped by the
+                               ///< host, which still ranks saturated actions by the unclamped value
 };
 
 /// An expressed genome: immutable, called concurrently on disjoint batches.

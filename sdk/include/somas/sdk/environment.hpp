@@ -1,4 +1,5 @@
-// Environments: what surrounds the cells.
+/// @file
+/// Environments: what surrounds the cells.
 #pragma once
 
 #include "somas/sdk/extension.hpp"
@@ -13,13 +14,17 @@ namespace somas {
 /// World. Exceptions become an error that names plugin, call and step; the simulation then ends.
 class Environment : public Extensible {
  public:
-  /// Says what there will be; the only call in which the instance may change, with connect.
+  /// Says what there will be; the only call in which the instance may change, with connect. The
+  /// argument is valid during the call; the handles that it gives are good for ever. Throws
+  /// ParameterError for parameters that do not suit the world.
   virtual void declare(Declare& declare) = 0;
-  /// What all instances declare is known now.
+  /// What all instances declare is known now: take charge of their variable parameters. The
+  /// argument is valid during the call.
   virtual void connect(Connections&) {}
-  /// Before step 0; the founders are in place.
+  /// Before step 0; the founders are in place. Fills grids and tables of this simulation.
   virtual void begin(World&) const {}
-  /// Once a step in each declared phase; in Phase::forces once a substep.
+  /// Once a step in each declared phase; in Phase::forces once a substep. `world` and all that it
+  /// gives are valid during the call.
   virtual void act(Phase phase, World& world) const = 0;
 };
 

@@ -1,5 +1,6 @@
-// How the interface grows without breaking what is built: no class gets a new virtual function;
-// what is new is a class of its own that is asked for by name, "somas.NAME/VERSION".
+/// @file
+/// How the interface grows without breaking what is built: no class gets a new virtual function;
+/// what is new is a class of its own that is asked for by name, "somas.NAME/VERSION".
 #pragma once
 
 #include <string_view>

@@ -1,5 +1,6 @@
-// What evolves: a part whose genes the host keeps, copies, stores and hands back, without ever
-// looking inside.
+/// @file
+/// What evolves: a part whose genes the host keeps, copies, stores and hands back, without ever
+/// looking inside.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +19,24 @@ namespace somas {
 /// One part's genes: canonical bytes, so that equal genes are equal bytes. The length counts as
 /// genome length where ties are broken by length.
 using Genes = std::vector<std::uint8_t>;
+/// Genes to look at, valid during the call.
 using GenesView = std::span<const std::uint8_t>;
 
-/// Writes one JSON value; host-implemented. Inside a list, pass an empty key.
+/// Writes one JSON value; host-implemented. `key` names it in the object that is open; inside a
+/// list, pass an empty key. Throws on what is no JSON; let it pass.
 class JsonWriter : public Extensible {
  public:
+  /// What follows, up to `close`, are the members of an object.
   virtual void open_object(std::string_view key) = 0;
+  /// What follows, up to `close`, are the items of a list.
   virtual void open_list(std::string_view key) = 0;
+  /// Ends the object or list that was opened last.
   virtual void close() = 0;
-  virtual void number(std::string_view key, double value) = 0;  ///< shortest exact decimal
+  /// A finite number, as the shortest decimal that reads back exactly.
+  virtual void number(std::string_view key, double value) = 0;
+  /// A whole number.
   virtual void integer(std::string_view key, std::int64_t value) = 0;
+  /// A string of UTF-8.
   virtual void text(std::string_view key, std::string_view value) = 0;
   /// A 64-bit key, as 16 hexadecimal digits (JSON numbers are doubles).
   virtual void key64(std::string_view key, std::uint64_t value) = 0;
@@ -37,13 +46,21 @@ class JsonWriter : public Extensible {
 /// exception that names the place; plugins let it pass.
 class JsonReader : public Extensible {
  public:
+  /// Whether this is an object with a member `key`.
   [[nodiscard]] virtual bool has(std::string_view key) const = 0;
+  /// The member `key` of this object; valid as long as this reader.
   [[nodiscard]] virtual const JsonReader& member(std::string_view key) const = 0;
-  [[nodiscard]] virtual std::size_t size() const = 0;  ///< of a list
+  /// How many items this list has.
+  [[nodiscard]] virtual std::size_t size() const = 0;
+  /// Item `i` of this list, i < size(); valid as long as this reader.
   [[nodiscard]] virtual const JsonReader& item(std::size_t i) const = 0;
+  /// This number.
   [[nodiscard]] virtual double number() const = 0;
+  /// This whole number.
   [[nodiscard]] virtual std::int64_t integer() const = 0;
+  /// This string; valid as long as this reader.
   [[nodiscard]] virtual std::string_view text() const = 0;
+  /// These 16 hexadecimal digits, as JsonWriter::key64 writes them.
   [[nodiscard]] virtual std::uint64_t key64() const = 0;
 };
 

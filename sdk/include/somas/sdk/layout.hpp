@@ -1,5 +1,6 @@
-// The ports between cells and their controller, as the host wires them from the specialization
-// tree, the model's own signals and the environments' sensors.
+/// @file
+/// The ports between cells and their controller, as the host wires them from the specialization
+/// tree, the model's own signals and the environments' sensors.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +11,19 @@
 
 namespace somas {
 
+/// No state: what the root has for a parent, and a port that belongs to none.
 inline constexpr std::uint16_t no_state = 0xFFFF;
 
 /// A state of the specialization tree as a controller sees it.
 struct StateInfo {
-  std::string_view name;
-  std::uint64_t key;     ///< stable: survives changes elsewhere in the tree
-  std::uint16_t parent;  ///< index of the parent, no_state for the root (always index 0)
+  std::string_view name;  ///< unique within the tree
+  std::uint64_t key;      ///< stable: survives changes elsewhere in the tree
+  std::uint16_t parent;   ///< index of the parent, no_state for the root (always index 0)
 };
 
 /// One input or output.
 struct Port {
-  std::string_view name;  ///< "energy", "uptake.nutrients", "specialize.defensive"
+  std::string_view name;  ///< "defensive/energy" (an input), "uptake.nutrients"
   std::uint64_t key;      ///< stable and unique among the ports of a layout, whatever the order
   std::uint32_t channel;  ///< row of Batch::in (inputs) or Batch::out (outputs)
   std::uint16_t state;    ///< inputs: the state that owns it; specialization outputs: the target
@@ -32,10 +34,10 @@ struct Port {
 /// order; a batch carries the channels of its own state only. Outputs are shared by all states.
 /// Views into host memory, valid as long as the call, or as long as the Program made from them.
 struct Layout {
-  std::span<const StateInfo> states;
-  std::span<const Port> inputs;
-  std::span<const Port> outputs;
-  std::uint32_t input_channels = 0;
+  std::span<const StateInfo> states;  ///< parents before children
+  std::span<const Port> inputs;       ///< states times input_channels
+  std::span<const Port> outputs;      ///< in channel order
+  std::uint32_t input_channels = 0;   ///< rows of Batch::in
 };
 
 }  // namespace somas

@@ -1,4 +1,5 @@
-// Messages of plugins to the person who runs them, by way of the host.
+/// @file
+/// Messages of plugins to the person who runs them, by way of the host.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +10,18 @@
 
 namespace somas {
 
-enum class LogLevel : std::uint32_t { debug = 0, info = 1, warning = 2, error = 3 };
+/// How much a message matters.
+enum class LogLevel : std::uint32_t {
+  debug = 0,    ///< for the author of a plugin; somas-host does not show them
+  info = 1,     ///< good to know
+  warning = 2,  ///< the run goes on, but perhaps not as it was meant
+  error = 3     ///< something failed; the exception that ends the run says what
+};
 
 /// The host's log.
 class Log {
  public:
+  /// What a host answers to.
   static constexpr std::string_view extension_id = "somas.log/1";
   /// A line of UTF-8, without its end. The host prints it with the library's id before it, and
   /// drops what exceeds a hundred lines of a library. Any thread. Does not throw.

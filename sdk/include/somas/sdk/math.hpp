@@ -1,6 +1,7 @@
-// Elementary functions for code that bears results: built from + - * / and sqrt alone, so that the
-// same bits come out on every CPU (glibc picks other kernels on other CPUs). Accuracy: within 2 ulp
-// on the stated domains, tested against the C library in extended precision.
+/// @file
+/// Elementary functions for code that bears results: built from + - * / and sqrt alone, so that the
+/// same bits come out on every CPU (glibc picks other kernels on other CPUs). Accuracy: within 2
+/// ulp on the stated domains, tested against the C library in extended precision.
 #pragma once
 
 #include <bit>
@@ -8,9 +9,12 @@
 #include <cstdint>
 #include <limits>
 
+/// Elementary functions with the same bits on every CPU.
 namespace somas::math {
 
+/// Half a turn.
 inline constexpr double pi = 3.14159265358979323846;
+/// A turn.
 inline constexpr double two_pi = 6.28318530717958647692;
 
 namespace detail {
@@ -99,8 +103,8 @@ inline constexpr double ln2_low = 0x1.ef35793c76730p-45;
 
 /// Both of one angle.
 struct SinCos {
-  double sin;
-  double cos;
+  double sin;  ///< of the angle
+  double cos;  ///< of the angle
 };
 
 /// Sine and cosine of x, |x| <= 1e6.

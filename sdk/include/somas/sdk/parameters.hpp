@@ -1,22 +1,25 @@
-// Typed parameters of a plugin class.
-//
-// A plugin keeps its parameters in a plain struct whose initialisers are the defaults, with a
-// member `describe` that names each one:
-//
-//   struct Parameters {
-//     double rate = 1.0;
-//     std::optional<double> limit;
-//     std::string mode = "peak";
-//     void describe(somas::Describe& d) {
-//       d("rate", rate, "Particles a step", {.unit = "1/step", .minimum = 0});
-//       d("limit", limit, "Most particles a step", {.unit = "1/step", .minimum = 0});
-//       d.choice("mode", mode, {"peak", "share"}, "How to weigh");
-//       d.at_most("rate", "limit");
-//     }
-//   };
-//
-// The same function serves twice: to list the parameters for the host (which validates the YAML
-// against the list, prints and documents it), and to read the host's values back into the struct.
+/// @file
+/// Typed parameters of a plugin class.
+///
+/// A plugin keeps its parameters in a plain struct whose initialisers are the defaults, with a
+/// member `describe` that names each one:
+///
+/// @code
+///   struct Parameters {
+///     double rate = 1.0;
+///     std::optional<double> limit;
+///     std::string mode = "peak";
+///     void describe(somas::Describe& d) {
+///       d("rate", rate, "Particles a step", {.unit = "1/step", .minimum = 0});
+///       d("limit", limit, "Most particles a step", {.unit = "1/step", .minimum = 0});
+///       d.choice("mode", mode, {"peak", "share"}, "How to weigh");
+///       d.at_most("rate", "limit");
+///     }
+///   };
+/// @endcode
+///
+/// The same function serves twice: to list the parameters for the host (which validates the YAML
+/// against the list, prints and documents it), and to read the host's values back into the struct.
 #pragma once
 
 #include <concepts>
@@ -53,14 +56,14 @@ enum class ParameterKind : std::uint32_t {
 
 /// A value as it crosses the boundary: plain data, owned by the host, valid during `create` only.
 struct Value {
-  ParameterKind kind = ParameterKind::none;
-  std::uint32_t reserved = 0;
-  double number = 0;
-  std::int64_t integer = 0;
-  const char* text = nullptr;
-  const char* key = nullptr;     ///< name within the enclosing group or table
-  const Value* items = nullptr;  ///< list elements, group fields, table entries
-  std::uint64_t count = 0;
+  ParameterKind kind = ParameterKind::none;  ///< which of the members holds it
+  std::uint32_t reserved = 0;                ///< 0
+  double number = 0;                         ///< of a number
+  std::int64_t integer = 0;                  ///< of an integer or a boolean
+  const char* text = nullptr;                ///< of a text or a choice
+  const char* key = nullptr;                 ///< name within the enclosing group or table
+  const Value* items = nullptr;              ///< list elements, group fields, table entries
+  std::uint64_t count = 0;                   ///< of `items`
 };
 
 /// How two parameters of one group bear on each other; the numbers are part of the ABI. A parameter
@@ -78,53 +81,53 @@ enum class RelationKind : std::uint32_t {
 
 /// One relation as it crosses the boundary, kept by the parameter that it begins with.
 struct Relation {
-  std::uint32_t size = sizeof(Relation);
-  RelationKind kind = RelationKind::at_most;
-  const char* other = "";              ///< a parameter of the same group
+  std::uint32_t size = sizeof(Relation);      ///< bytes that the plugin knows of this struct
+  RelationKind kind = RelationKind::at_most;  ///< which relation
+  const char* other = "";                     ///< a parameter of the same group
   const char* const* words = nullptr;  ///< only_when, required_when: choices, or true or false
-  std::uint64_t word_count = 0;
+  std::uint64_t word_count = 0;        ///< of `words`
 };
 
 /// One parameter as it crosses the boundary: plain data, owned by the plugin, valid while loaded.
 struct ParameterInfo {
-  std::uint32_t size = sizeof(ParameterInfo);
-  ParameterKind kind = ParameterKind::none;
-  const char* name = "";
-  const char* unit = "";
-  const char* doc = "";
+  std::uint32_t size = sizeof(ParameterInfo);  ///< bytes that the plugin knows of this struct
+  ParameterKind kind = ParameterKind::none;    ///< what its values are
+  const char* name = "";                       ///< its key; empty for a list's element
+  const char* unit = "";                       ///< "1/step"; empty: none
+  const char* doc = "";                        ///< one sentence, without a full stop
   Value fallback{};                ///< the default; kind none: required, or optional and left out
   std::uint32_t required = 0;      ///< 1: the YAML must give it
   std::uint32_t minimum_open = 0;  ///< 1: the minimum itself is not allowed
-  double minimum = -std::numeric_limits<double>::infinity();
-  double maximum = std::numeric_limits<double>::infinity();
-  const char* const* choices = nullptr;
-  std::uint64_t choice_count = 0;
+  double minimum = -std::numeric_limits<double>::infinity();  ///< least number that is allowed
+  double maximum = std::numeric_limits<double>::infinity();   ///< most that is allowed
+  const char* const* choices = nullptr;                       ///< choice: its words
+  std::uint64_t choice_count = 0;                             ///< of `choices`
   const ParameterInfo* fields = nullptr;  ///< group: its fields; list: one, its element
-  std::uint64_t field_count = 0;
-  std::uint64_t minimum_count = 0;  ///< list: least elements
-  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();
-  const Relation* relations = nullptr;
-  std::uint64_t relation_count = 0;
-  std::uint64_t reserved[4] = {};  ///< 0; what a later revision adds
+  std::uint64_t field_count = 0;          ///< of `fields`
+  std::uint64_t minimum_count = 0;        ///< list: least elements
+  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();  ///< list: most elements
+  const Relation* relations = nullptr;  ///< those that begin with this parameter
+  std::uint64_t relation_count = 0;     ///< of `relations`
+  std::uint64_t reserved[4] = {};       ///< 0; what a later revision adds
 };
 
 /// What may be said of a parameter beside its doc. Of a list, range and unit are its elements'.
 struct Limits {
-  const char* unit = "";
-  double minimum = -std::numeric_limits<double>::infinity();
-  double maximum = std::numeric_limits<double>::infinity();
-  bool minimum_open =
-      false;  ///< exclude the minimum: `{.minimum = 0, .minimum_open = true}` is > 0
-  bool required = false;
+  const char* unit = "";                                      ///< "1/step"; a literal
+  double minimum = -std::numeric_limits<double>::infinity();  ///< least that is allowed
+  double maximum = std::numeric_limits<double>::infinity();   ///< most that is allowed
+  /// Excludes the minimum itself: `{.minimum = 0, .minimum_open = true}` is > 0.
+  bool minimum_open = false;
+  bool required = false;            ///< the experiment must give it; it has no default
   std::uint64_t minimum_count = 0;  ///< least elements of a list
-  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t maximum_count = std::numeric_limits<std::uint64_t>::max();  ///< most elements
 };
 
 /// A word of an enumeration; for Describe::choice.
 template <class E>
 struct NamedChoice {
-  const char* name;
-  E value;
+  const char* name;  ///< as the experiment says it; a literal
+  E value;           ///< as the plugin says it
 };
 
 /// What a single parameter may be, alone, optional, or as the element of a list.
@@ -140,7 +143,9 @@ concept Described = requires(T t, Describe& d) {
   t.describe(d);
 };
 
-/// The visitor that a `describe` member is called with. Names and docs must be string literals.
+/// The visitor that a `describe` member is called with. In each call `name` is the parameter's key,
+/// `member` is where its default stands and its value goes, `doc` says in one sentence what it is,
+/// `limits` what may be said besides. Names, docs, units and words must be string literals.
 class Describe {
  public:
   /// Collects: afterwards `parameters()` lists what was described, defaults from the struct.
@@ -162,6 +167,7 @@ class Describe {
   /// A string out of a fixed set.
   void choice(const char* name, std::string& member, std::initializer_list<const char*> allowed,
               const char* doc);
+  /// The same, or nothing: it may be left out.
   void choice(const char* name, std::optional<std::string>& member,
               std::initializer_list<const char*> allowed, const char* doc);
   /// A value of an enumeration: `d.choice("shape", shape, {{"disc", Shape::disc}, ...}, "...")`.
@@ -184,26 +190,40 @@ class Describe {
   void list(const char* name, std::vector<T>& member, const char* doc, bool required = false) {
     list(name, member, doc, Limits{.required = required});
   }
+  /// The same with a least and a most number of elements.
   template <Described T>
   void list(const char* name, std::vector<T>& member, const char* doc, const Limits& limits);
 
-  // Relations between parameters of this group; `name` has been described before. See RelationKind.
+  /// @name Relations
+  /// Relations between parameters of this group, which the host checks and says in the reference of
+  /// the plugin. `name` has been described before, or std::logic_error is thrown; `other` is
+  /// another parameter of the group. See RelationKind for what counts as set.
+  /// @{
+
+  /// Numbers: `name` is at most `other`, if both have a value.
   void at_most(const char* name, const char* other) { relate(name, RelationKind::at_most, other); }
+  /// Numbers: `name` is less than `other`, if both have a value.
   void less_than(const char* name, const char* other) {
     relate(name, RelationKind::less_than, other);
   }
+  /// Numbers, texts, choices: `name` is not `other`, if both have a value.
   void differs(const char* name, const char* other) { relate(name, RelationKind::differs, other); }
+  /// If `name` is set, so is `other`.
   void needs(const char* name, const char* other) { relate(name, RelationKind::needs, other); }
+  /// `name` and `other` are not both set.
   void excludes(const char* name, const char* other) {
     relate(name, RelationKind::excludes, other);
   }
+  /// If `name` is set, `other` (a choice or boolean) is one of `words`.
   void only_when(const char* name, const char* other, std::initializer_list<const char*> words) {
     relate(name, RelationKind::only_when, other, words);
   }
+  /// If `other` (a choice or boolean) is one of `words`, `name` is set.
   void required_when(const char* name, const char* other,
                      std::initializer_list<const char*> words) {
     relate(name, RelationKind::required_when, other, words);
   }
+  /// @}
 
   /// The collected list; valid as long as this object lives.
   [[nodiscard]] const std::vector<ParameterInfo>& parameters() const { return infos_; }

@@ -1,22 +1,25 @@
-// Everything a plugin includes. A whole plugin:
-//
-//   #include <somas/sdk/plugin.hpp>
-//   class Breeze final : public somas::Environment {
-//    public:
-//     static constexpr somas::About about{"breeze", "A constant force on every cell"};
-//     struct Parameters {
-//       double strength = 0.1;
-//       void describe(somas::Describe& d) { d("strength", strength, "Force along x"); }
-//     };
-//     explicit Breeze(const Parameters& p) : p_(p) {}
-//     void declare(somas::Declare& d) override { d.acts_in(somas::Phase::forces); }
-//     void act(somas::Phase, somas::World& world) const override {
-//       for (double& f : world.force_x()) f += p_.strength;
-//     }
-//    private:
-//     Parameters p_;
-//   };
-//   SOMAS_PLUGIN("example.breeze", "1.0", Breeze)
+/// @file
+/// Everything a plugin includes. A whole plugin:
+///
+/// @code
+///   #include <somas/sdk/plugin.hpp>
+///   class Breeze final : public somas::Environment {
+///    public:
+///     static constexpr somas::About about{"breeze", "A constant force on every cell"};
+///     struct Parameters {
+///       double strength = 0.1;
+///       void describe(somas::Describe& d) { d("strength", strength, "Force along x"); }
+///     };
+///     explicit Breeze(const Parameters& p) : p_(p) {}
+///     void declare(somas::Declare& d) override { d.acts_in(somas::Phase::forces); }
+///     void act(somas::Phase, somas::World& world) const override {
+///       for (double& f : world.force_x()) f += p_.strength;
+///     }
+///    private:
+///     Parameters p_;
+///   };
+///   SOMAS_PLUGIN("example.breeze", "1.0", Breeze)
+/// @endcode
 #pragma once
 
 #include <array>
@@ -103,7 +106,9 @@ const PluginInfo* plugin_info(const char* id, const char* version) {
 
 }  // namespace somas::detail
 
-/// Makes the translation unit's library a plugin: once per library, at namespace scope.
+/// Makes the translation unit's library a plugin: once per library, at namespace scope. `id` and
+/// `version` are string literals: who the library is ("example.breeze", dotted lower_snake_case),
+/// and its version, which runs record. Then come the plugin classes, at least one, of any kinds.
 #define SOMAS_PLUGIN(id, version, ...)                                                        \
   __attribute__((section(".note.somas"), used,                                                \
                  aligned(4))) static const somas::PluginNote somas_plugin_note{};             \

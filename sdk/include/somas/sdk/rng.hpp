@@ -1,8 +1,9 @@
-// Counter-based random numbers: Philox4x64-10 (Salmon, Moraes, Dror, Shaw, "Parallel random
-// numbers: as easy as 1, 2, 3", SC11), with our own distributions, since the standard library's
-// differ between implementations. A stream is named by what it is for (seed, organism, step,
-// purpose, entity), never by thread, process or place in memory, so results do not depend on
-// scheduling.
+/// @file
+/// Counter-based random numbers: Philox4x64-10 (Salmon, Moraes, Dror, Shaw, "Parallel random
+/// numbers: as easy as 1, 2, 3", SC11), with our own distributions, since the standard library's
+/// differ between implementations. A stream is named by what it is for (seed, organism, step,
+/// purpose, entity), never by thread, process or place in memory, so results do not depend on
+/// scheduling.
 #pragma once
 
 #include <array>
@@ -12,7 +13,8 @@
 
 namespace somas {
 
-/// One block of Philox4x64-10: 256 random bits for a 256-bit counter and a 128-bit key.
+/// One block of Philox4x64-10: 256 random bits for a 256-bit `counter` and a 128-bit `key`. For
+/// most ends take an Rng.
 [[nodiscard]] constexpr std::array<std::uint64_t, 4> philox(std::array<std::uint64_t, 4> counter,
                                                             std::array<std::uint64_t, 2> key) {
   __extension__ using Wide = unsigned __int128;
@@ -31,7 +33,8 @@ namespace somas {
 /// A random stream; cheap to make, a value, not shared between threads.
 class Rng {
  public:
-  /// The stream of (seed, organism; step, purpose, entity). Equal names give equal numbers.
+  /// The stream of (seed, organism; step, purpose, entity), from its beginning. Equal names give
+  /// equal numbers. Plugins get theirs from World::rng, or are handed one.
   constexpr Rng(std::uint64_t seed, std::uint64_t organism, std::uint64_t step,
                 std::uint64_t purpose, std::uint64_t entity)
       : key_{seed, organism}, counter_{0, step, purpose, entity} {}

@@ -1,4 +1,5 @@
-// Specialization trees: which states a cell can take, and what each state is good at.
+/// @file
+/// Specialization trees: which states a cell can take, and what each state is good at.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +15,21 @@ namespace somas {
 
 /// A skill as trees see it: declared by the model or by an environment.
 struct SkillInfo {
-  std::string_view name;
-  SkillSpec spec;
+  std::string_view name;  ///< "capacity", "resistance.red"
+  SkillSpec spec;         ///< its range, its default, its cost
 };
 
 /// One state (model, section 5).
 struct StateSpec {
-  std::string_view name;
+  std::string_view name;            ///< unique within the tree
   std::uint64_t key = 0;            ///< stable; 0: derived from the name
   std::uint16_t parent = no_state;  ///< index of an earlier state; no_state for the first alone
-  double mass = 1;
-  double radius = 1;
-  double stiffness = 10;           ///< of the collision spring
-  double adhesion = 3;             ///< strength of the adhesion spring
-  double adhesion_range = 1.2;     ///< activation distance / (r1 + r2), >= 1
-  std::span<const double> skills;  ///< a value per SkillInfo, in that order
+  double mass = 1;                  ///< > 0
+  double radius = 1;                ///< > 0, in units of length
+  double stiffness = 10;            ///< of the collision spring
+  double adhesion = 3;              ///< strength of the adhesion spring
+  double adhesion_range = 1.2;      ///< activation distance / (r1 + r2), >= 1
+  std::span<const double> skills;   ///< a value per SkillInfo, in that order
 
   /// Force with which a cell crawls along the gradient of a morphogen of its organism: up when
   /// positive, down when negative. Alone it approaches the speed motility / drag.
@@ -41,9 +42,9 @@ struct StateSpec {
 
   /// Least outputs, in [0, 1]: an action whose output, clamped to [0, 1], is below is not chosen.
   double quiescence_threshold = 0;
-  double division_threshold = 0;
+  double division_threshold = 0;        ///< the same for dividing
   double specialization_threshold = 0;  ///< out of this state, into any other
-  double apoptosis_threshold = 0;
+  double apoptosis_threshold = 0;       ///< the same for dying
 };
 
 /// Takes the states in an order in which parents come before children; copies what it is given.
@@ -56,16 +57,17 @@ class TreeSink : public Extensible {
 };
 
 /// A plugin class has `about`, `Parameters` and a constructor from them. Life: constructor ->
-/// declare, once -> grow: once for a fixed tree, for every genome and from several threads at once
-/// where trees evolve.
+/// declare, once -> grow: a fixed tree while loading, and again for the record of a life; one that
+/// evolves for every genome, from several threads at once.
 class Specialization : public Extensible {
  public:
   /// Once, before anything else: what skills there are. The views are valid during the call.
   virtual void declare(std::span<const SkillInfo>) {}
   /// The part that evolves; null for a fixed tree. Owned by this instance.
   [[nodiscard]] virtual const Heritable* heritable() const { return nullptr; }
-  /// Emits the tree that the genes encode (empty for a fixed tree). `skills` lists what may be set,
-  /// in the order of StateSpec::skills. Throws ParameterError for a tree that cannot be.
+  /// Emits into `tree` what the genes encode (empty for a fixed tree). `skills` lists what may be
+  /// set, in the order of StateSpec::skills. All are valid during the call. Throws ParameterError
+  /// for a tree that cannot be.
   virtual void grow(GenesView genes, std::span<const SkillInfo> skills, TreeSink& tree) const = 0;
 };
 

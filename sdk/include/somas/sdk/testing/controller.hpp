@@ -1,4 +1,5 @@
-// The conformance check of controllers.
+/// @file
+/// The conformance check of controllers.
 #pragma once
 
 #include <algorithm>
@@ -24,10 +25,10 @@ namespace somas::testing {
 /// How check_controller looks at a controller.
 struct ControllerOptions {
   std::vector<Layout> layouts{};  ///< none: those of usual_ports()
-  HeritableOptions heritable{};
-  std::uint32_t lanes = 37;  ///< cells of one state; not a multiple of a vector's width
-  std::uint32_t steps = 6;
-  std::uint64_t programs = 6;  ///< genomes that are expressed, for each layout
+  HeritableOptions heritable{};   ///< how its genes are looked at
+  std::uint32_t lanes = 37;       ///< cells of one state; not a multiple of a vector's width
+  std::uint32_t steps = 6;        ///< that each program is run
+  std::uint64_t programs = 6;     ///< genomes that are expressed, for each layout
 };
 
 /// A new instance of the class that is checked, with its parameters.
@@ -85,27 +86,40 @@ struct Arrangement {
 /// The single checks of a controller on one layout; each throws what it finds.
 class ProgramCheck {
  public:
-  ProgramCheck(const MakeController& make, const Layout& layout, const ControllerOptions& options)
-      : make_(make), layout_(layout), options_(options) {}
+  ProgramCheck(MakeController make, const Layout& layout, const ControllerOptions& options)
+      : make_(std::move(make)), layout_(layout), options_(options), controller_(make_()) {}
 
-  void run(Failures& failures, const std::string& of) const;
+  /// The checks, which keep `it`; `of` names the layout.
+  [[nodiscard]] static Checks list(const std::shared_ptr<ProgramCheck>& it, const std::string& of);
 
  private:
   using PerCell = std::vector<std::vector<std::uint32_t>>;  ///< bits of all that a cell became
+  static constexpr std::uint32_t most_memory = 100'000;     ///< numbers per cell, as in the host
+  /// What one genome's program did, undisturbed.
+  struct Life {
+    std::unique_ptr<Program> program;
+    std::uint16_t state = 0;
+    PerCell became;
+  };
 
+  /// Lived when they are first asked for.
+  [[nodiscard]] const std::vector<Life>& lives();
   [[nodiscard]] Genes genes(const Controller& controller, std::uint64_t number) const;
   [[nodiscard]] float input(std::uint32_t step, std::uint32_t channel, std::uint32_t cell) const;
   [[nodiscard]] PerCell life(const Program& program, std::uint16_t state,
                              const Arrangement& arrangement) const;
   void check_outputs(GuardedRows& out, const Arrangement& arrangement) const;
   [[nodiscard]] Arrangement straight() const;
-  void arrangements(Failures& failures, const std::string& of, const Program& program,
-                    std::uint16_t state, const PerCell& expected) const;
-  void expressed_again(std::uint64_t number, std::uint16_t state, const PerCell& expected) const;
+  [[nodiscard]] Arrangement permuted() const;
+  [[nodiscard]] Arrangement split() const;
+  void arranged(const Arrangement& arrangement);
+  void expressed_again();
 
-  const MakeController& make_;
+  MakeController make_;
   Layout layout_;
   ControllerOptions options_;
+  std::unique_ptr<Controller> controller_;  ///< outlives its programs
+  std::vector<Life> lives_{};
 };
 
 inline Genes ProgramCheck::genes(const Controller& controller, std::uint64_t number) const {
@@ -202,75 +216,140 @@ inline void ProgramCheck::check_outputs(GuardedRows& out, const Arrangement& arr
     }
 }
 
-inline void ProgramCheck::arrangements(Failures& failures, const std::string& of,
-                                       const Program& program, std::uint16_t state,
-                                       const PerCell& expected) const {
-  const auto check = [&](const std::string& what, const Arrangement& arrangement) {
-    attempt(failures, what + of, [&] {
-      if (life(program, state, arrangement) != expected)
-        throw std::runtime_error("outputs or memory of a cell differ");
-    });
-  };
-  check("a second run of one program", straight());
-
-  Arrangement permuted = straight();
+inline Arrangement ProgramCheck::permuted() const {
+  Arrangement a = straight();
   Rng rng(options_.heritable.seed, 0, 0, stable_key("lanes"), 0);
-  for (std::size_t i = permuted.lane_of.size(); i > 1; --i)
-    std::swap(permuted.lane_of[i - 1], permuted.lane_of[rng.below(i)]);
-  check("cells in other lanes", permuted);
+  for (std::size_t i = a.lane_of.size(); i > 1; --i)
+    std::swap(a.lane_of[i - 1], a.lane_of[rng.below(i)]);
+  return a;
+}
 
-  Arrangement split = straight();
-  split.batches = {1, 2};
-  for (std::uint32_t left = options_.lanes - 3; left > 0; left -= split.batches.back())
-    split.batches.push_back(std::min(left, 8u));
-  check("a batch split into smaller ones", split);
-  split.last_first = true;
-  check("smaller batches in reverse", split);
-  split.last_first = false;
-  split.threads = true;
-  check("smaller batches on several threads", split);
+inline Arrangement ProgramCheck::split() const {
+  Arrangement a = straight();
+  a.batches = {1, 2};
+  for (std::uint32_t left = options_.lanes - 3; left > 0; left -= a.batches.back())
+    a.batches.push_back(std::min(left, 8u));
+  return a;
+}
 
-  Arrangement elsewhere = straight();
-  elsewhere.guard = std::numeric_limits<float>::quiet_NaN();
-  check("other values beyond the lanes", elsewhere);
-  Arrangement filled = straight();
-  filled.poison = std::bit_cast<std::uint32_t>(0.625f);
-  check("other values in the outputs before a step", filled);
+inline const std::vector<ProgramCheck::Life>& ProgramCheck::lives() {
+  while (lives_.size() < options_.programs) {
+    const std::uint64_t number = lives_.size();
+    Life life;
+    life.state = static_cast<std::uint16_t>(number % layout_.states.size());
+    life.program = controller_->express(genes(*controller_, number), layout_);
+    if (!life.program) throw std::runtime_error("express returns nothing");
+    if (life.program->memory_per_cell() > most_memory)
+      throw std::runtime_error(
+          "the program wants " + std::to_string(life.program->memory_per_cell()) +
+          " numbers of memory per cell; the host allows " + std::to_string(most_memory));
+    life.became = this->life(*life.program, life.state, straight());
+    lives_.push_back(std::move(life));
+  }
+  return lives_;
+}
+
+/// All programs again, their cells arranged otherwise.
+inline void ProgramCheck::arranged(const Arrangement& arrangement) {
+  for (const Life& first : lives())
+    if (life(*first.program, first.state, arrangement) != first.became)
+      throw std::runtime_error("outputs or memory of a cell differ");
 }
 
 /// The same genes in another instance, whatever it has expressed before.
-inline void ProgramCheck::expressed_again(std::uint64_t number, std::uint16_t state,
-                                          const PerCell& expected) const {
-  const std::unique_ptr<Controller> other = make_();
-  static_cast<void>(other->express(genes(*other, number + 1), layout_));
-  const std::unique_ptr<Program> program = other->express(genes(*other, number), layout_);
-  if (life(*program, state, straight()) != expected)
-    throw std::runtime_error("outputs or memory of a cell differ");
-}
-
-inline void ProgramCheck::run(Failures& failures, const std::string& of) const {
-  const std::unique_ptr<Controller> controller = make_();
-  for (std::uint64_t number = 0; number < options_.programs; ++number) {
-    const auto state = static_cast<std::uint16_t>(number % layout_.states.size());
-    std::unique_ptr<Program> program;
-    PerCell expected;
-    const auto first_run = [&] {
-      program = controller->express(genes(*controller, number), layout_);
-      if (!program) throw std::runtime_error("express returns nothing");
-      expected = life(*program, state, straight());
-    };
-    const std::size_t before = failures.size();
-    if (attempt(failures, "step" + of, first_run)) {
-      arrangements(failures, of, *program, state, expected);
-      attempt(failures, "express by a second instance" + of,
-              [&] { expressed_again(number, state, expected); });
-    }
-    // One genome that fails says enough.
-    if (failures.size() > before) return;
+inline void ProgramCheck::expressed_again() {
+  for (std::uint64_t number = 0; number < lives().size(); ++number) {
+    const std::unique_ptr<Controller> other = make_();
+    static_cast<void>(other->express(genes(*other, number + 1), layout_));
+    const std::unique_ptr<Program> program = other->express(genes(*other, number), layout_);
+    if (life(*program, lives_[number].state, straight()) != lives_[number].became)
+      throw std::runtime_error("outputs or memory of a cell differ");
   }
 }
 
+inline Checks ProgramCheck::list(const std::shared_ptr<ProgramCheck>& it, const std::string& of) {
+  Checks checks;
+  const std::string again = "a second run of one program";
+  const auto add = [&](const std::string& law, const char* remedy, std::vector<std::string> needs,
+                       std::function<void()> body) {
+    checks.push_back({.law = law,
+                      .name = law + of,
+                      .remedy = remedy,
+                      .body = std::move(body),
+                      .needs = std::move(needs),
+                      .scope = "program" + of});
+  };
+  const auto add_arranged = [&](const std::string& law, const char* remedy,
+                                std::vector<std::string> needs, const Arrangement& arrangement) {
+    add(law, remedy, std::move(needs), [it, arrangement] { it->arranged(arrangement); });
+  };
+  add("step",
+      "write every output of every lane, never NaN, and nothing beyond Batch::count lanes and the "
+      "rows that there are",
+      {}, [it] { static_cast<void>(it->lives()); });
+  checks.back().first = true;
+  add_arranged(again,
+               "keep what changes in Batch::memory: no mutable members, statics or thread_locals",
+               {}, it->straight());
+  add_arranged("cells in other lanes", "no lane may depend on its place in the batch", {again},
+               it->permuted());
+  Arrangement split = it->split();
+  add_arranged("a batch split into smaller ones",
+               "no lane may depend on others, nor on how many there are; vector loops need the "
+               "same arithmetic for the lanes that are left over",
+               {again, "cells in other lanes"}, split);
+  split.last_first = true;
+  add_arranged("smaller batches in reverse",
+               "no batch may depend on those before it: carry nothing from call to call",
+               {again, "a batch split into smaller ones"}, split);
+  split.last_first = false;
+  split.threads = true;
+  add_arranged("smaller batches on several threads",
+               "step is called from several threads at once: write to the batch only",
+               {again, "a batch split into smaller ones", "smaller batches in reverse"}, split);
+  Arrangement elsewhere = it->straight();
+  elsewhere.guard = std::numeric_limits<float>::quiet_NaN();
+  add_arranged("other values beyond the lanes", "read Batch::count lanes of a row, and no more",
+               {again}, elsewhere);
+  Arrangement filled = it->straight();
+  filled.poison = std::bit_cast<std::uint32_t>(0.625f);
+  add_arranged("other values in the outputs before a step",
+               "outputs hold anything before a step: write them before you read them", {again},
+               filled);
+  add("express by a second instance",
+      "a program hangs on genes, layout and parameters alone: keep nothing from one express to the "
+      "next",
+      {again, "chance from the stream alone"}, [it] { it->expressed_again(); });
+  return checks;
+}
+
 }  // namespace detail
+
+/// The checks of check_controller, one by one. They make instances, so that what a constructor
+/// throws is thrown here.
+[[nodiscard]] inline Checks controller_checks(const MakeController& make,
+                                              const ControllerOptions& options = {}) {
+  struct Subject {
+    std::vector<PortTable> usual = usual_ports();
+    std::vector<Layout> layouts;
+    std::unique_ptr<Controller> controller;
+  };
+  const auto subject = std::make_shared<Subject>();
+  subject->layouts = options.layouts;
+  if (subject->layouts.empty())
+    for (const PortTable& table : subject->usual) subject->layouts.push_back(table.layout());
+  subject->controller = make();
+
+  Checks checks =
+      heritable_checks(subject->controller->heritable(), subject->layouts, options.heritable);
+  for (std::size_t l = 0; l < subject->layouts.size(); ++l)
+    for (Check& check : detail::ProgramCheck::list(
+             std::make_shared<detail::ProgramCheck>(make, subject->layouts[l], options),
+             " (layout " + std::to_string(l) + ")"))
+      checks.push_back(std::move(check));
+  for (Check& check : checks) check.body = [subject, body = std::move(check.body)] { body(); };
+  return checks;
+}
 
 /// Whether controllers made by `make` keep the contract of controller.hpp: the laws of their genes
 /// (see check_heritable), and of the programs that they express. A program hangs on its genes and
@@ -280,18 +359,8 @@ inline void ProgramCheck::run(Failures& failures, const std::string& of) const {
 [[nodiscard]] inline Failures check_controller(const MakeController& make,
                                                const ControllerOptions& options = {}) {
   Failures failures;
-  const std::vector<PortTable> usual = usual_ports();
-  std::vector<Layout> layouts = options.layouts;
-  if (layouts.empty())
-    for (const PortTable& table : usual) layouts.push_back(table.layout());
-
-  detail::attempt(failures, "constructor", [&] {
-    const std::unique_ptr<Controller> controller = make();
-    failures = check_heritable(controller->heritable(), layouts, options.heritable);
-    for (std::size_t l = 0; l < layouts.size(); ++l)
-      detail::ProgramCheck(make, layouts[l], options)
-          .run(failures, " (layout " + std::to_string(l) + ")");
-  });
+  detail::attempt(failures, "constructor",
+                  [&] { failures = detail::run(controller_checks(make, options)); });
   return failures;
 }
 

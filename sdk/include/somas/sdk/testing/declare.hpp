@@ -1,5 +1,6 @@
-// The host's side of `declare` and `connect` in tests: notes what is declared, and refuses what the
-// host refuses.
+/// @file
+/// The host's side of `declare` and `connect` in tests: notes what is declared, and refuses what
+/// the host refuses.
 #pragma once
 
 #include <algorithm>
@@ -23,69 +24,94 @@ namespace somas::testing {
 /// All that the instances of a test declare; an Id is a place in its list. As in the host, the
 /// model's own skills and causes of death come first.
 struct Declared {
+  /// Of Declare::skill.
   struct Skill {
-    std::string name;
-    SkillSpec spec;
+    std::string name;  ///< known to all instances
+    SkillSpec spec;    ///< as declared first
   };
+  /// Of Declare::sensor.
   struct Sensor {
-    std::string owner, name;
+    std::string owner;  ///< the instance that declares it
+    std::string name;   ///< known to all instances
   };
+  /// Of Declare::cell_value.
   struct CellValue {
-    std::string owner, name;
-    OnDivision rule;
+    std::string owner;  ///< the instance that declares it
+    std::string name;   ///< its owner's own
+    OnDivision rule;    ///< as declared
   };
+  /// Of Declare::scalar.
   struct Scalar {
-    std::string owner, name;
-    double initial;
+    std::string owner;  ///< the instance that declares it
+    std::string name;   ///< its owner's own
+    double initial;     ///< as declared
   };
+  /// Of Declare::grid.
   struct GridOf {
-    std::string owner, name;
-    GridSpec spec;
+    std::string owner;  ///< the instance that declares it
+    std::string name;   ///< its owner's own
+    GridSpec spec;      ///< as declared
   };
+  /// Of Declare::table.
   struct TableOf {
-    std::string owner, name;
-    std::vector<std::string> columns;
+    std::string owner;                 ///< the instance that declares it
+    std::string name;                  ///< its owner's own
+    std::vector<std::string> columns;  ///< their names, in order
   };
+  /// Of Declare::hazard.
   struct Hazard {
-    std::string owner, name;
-    Id cause, resistance_skill;
+    std::string owner;    ///< the instance that declares it
+    std::string name;     ///< that of the cause, too
+    Id cause;             ///< of the deaths
+    Id resistance_skill;  ///< what a cell can absorb
   };
+  /// Of Declare::resource.
   struct Resource {
-    std::string owner, name;
-    Id grid, production_skill;
+    std::string owner;    ///< the instance that declares it
+    std::string name;     ///< known to all instances
+    Id grid;              ///< that cells take up from
+    Id production_skill;  ///< most units a step
   };
+  /// Of Declare::parameter.
   struct Parameter {
-    std::string owner, name;
-    VariableSpec spec;
+    std::string owner;        ///< the instance that declares it
+    std::string name;         ///< its key in the experiment
+    VariableSpec spec;        ///< as declared
     std::string in_charge{};  ///< the instance that sets it; empty: nobody
   };
+  /// Of Declare::outline.
   struct Outline {
-    std::string owner, name;
-    std::vector<Point> points;
-    bool closed;
+    std::string owner;          ///< the instance that declares it
+    std::string name;           ///< its owner's own
+    std::vector<Point> points;  ///< in order
+    bool closed;                ///< a polygon
   };
+  /// Of Declare::acts_in.
   struct Acting {
-    std::string owner;
-    Phase phase;
+    std::string owner;  ///< the instance that acts
+    Phase phase;        ///< when it acts
   };
 
+  /// The model's own, then those declared.
   std::vector<Skill> skills = {
       {"capacity", {}},
       {"diffusion", {.fallback = 1, .minimum = 0, .maximum = 1, .cost = 0}},
       {"energy_efficiency", {.fallback = 1, .minimum = 1e-3, .cost = 0}}};
+  /// The model's own, then those declared, hazards' among them.
   std::vector<std::string> causes = {"starvation", "apoptosis", "outside"};
-  std::vector<Sensor> sensors;
-  std::vector<CellValue> cell_values;
-  std::vector<Scalar> scalars;
-  std::vector<GridOf> grids;
-  std::vector<TableOf> tables;
-  std::vector<Hazard> hazards;
-  std::vector<Resource> resources;
-  std::vector<std::string> purposes;  ///< "instance.name"
-  std::vector<Parameter> parameters;
-  std::vector<Outline> outlines;
-  std::vector<Acting> acting;
+  std::vector<Sensor> sensors;         ///< in order of declaration
+  std::vector<CellValue> cell_values;  ///< in order of declaration
+  std::vector<Scalar> scalars;         ///< in order of declaration
+  std::vector<GridOf> grids;           ///< in order of declaration
+  std::vector<TableOf> tables;         ///< in order of declaration
+  std::vector<Hazard> hazards;         ///< in order of declaration
+  std::vector<Resource> resources;     ///< in order of declaration
+  std::vector<std::string> purposes;   ///< "instance.name"
+  std::vector<Parameter> parameters;   ///< in order of declaration
+  std::vector<Outline> outlines;       ///< in order of declaration
+  std::vector<Acting> acting;          ///< no pair twice
 
+  /// Whether that instance acts in that phase.
   [[nodiscard]] bool acts(std::string_view owner, Phase phase) const {
     return std::any_of(acting.begin(), acting.end(),
                        [&](const Acting& a) { return a.owner == owner && a.phase == phase; });
@@ -98,7 +124,8 @@ struct Declared {
 /// that is taken, a grid without squares, a parameter outside its own range ...
 class TestDeclare final : public Declare {
  public:
-  /// `declared` takes the declarations; it must outlive this.
+  /// `declared` takes the declarations; it must outlive this. `instance` is the name of the one
+  /// that declares, `info` what it is told of the experiment.
   TestDeclare(Declared& declared, const WorldInfo& info, std::string instance)
       : declared_(declared), info_(info), instance_(std::move(instance)) {}
 
@@ -218,6 +245,7 @@ class TestDeclare final : public Declare {
 /// Gives the variable parameters in `declared` to those who ask, each to one instance.
 class TestConnections final : public Connections {
  public:
+  /// `declared` must outlive this; `instance` is the name of the one that asks.
   TestConnections(Declared& declared, std::string instance)
       : declared_(declared), instance_(std::move(instance)) {}
 

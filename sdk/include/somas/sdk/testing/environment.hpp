@@ -1,4 +1,5 @@
-// The conformance check of environments.
+/// @file
+/// The conformance check of environments.
 #pragma once
 
 #include <algorithm>
@@ -21,17 +22,20 @@ namespace somas::testing {
 
 /// How check_environment looks at an environment.
 struct EnvironmentOptions {
+  /// What the environment is told of the experiment.
   WorldInfo info{.radius = 60, .max_steps = 3000, .substeps = 3, .time_step = 1.0 / 30};
   std::uint64_t steps = 40;     ///< of every simulation; long enough for all that may happen
   std::string instance = "it";  ///< its name in the experiment
   Script script{};              ///< what the cells do meanwhile
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;       ///< of all worlds
 
   /// Variable parameters of other instances, for an environment that takes them in charge.
   struct OfOthers {
-    std::string instance, name;
-    VariableSpec spec;
+    std::string instance;  ///< who declares it
+    std::string name;      ///< its key in the experiment
+    VariableSpec spec;     ///< its value and range
   };
+  /// Declared before the environment connects.
   std::vector<OfOthers> variables{};
 
   /// What the environment conserves, or changes by a known amount. In every step the sum of the
@@ -39,8 +43,9 @@ struct EnvironmentOptions {
   /// (none: 0), up to `tolerance` of the total, or of 1 for smaller totals. What cells take up
   /// between the acts does not count. Use TestWorld::grid(instance, name) and the like.
   std::function<double(TestWorld& world)> total{};
+  /// See `total`.
   std::function<double(TestWorld& world)> change{};
-  double tolerance = 1e-9;
+  double tolerance = 1e-9;  ///< of `total`, relative
 };
 
 /// A new instance of the class that is checked, with its parameters.
@@ -49,6 +54,7 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 /// An environment that has declared and connected, and any number of worlds for it.
 class EnvironmentStage {
  public:
+  /// Takes the environment and lets it declare and connect; what it throws passes through.
   EnvironmentStage(std::unique_ptr<Environment> environment, const EnvironmentOptions& options)
       : options_(options), environment_(std::move(environment)) {
     declare_others();
@@ -58,12 +64,15 @@ class EnvironmentStage {
     environment_->connect(connections);
   }
 
+  /// The environment; lives as long as this.
   [[nodiscard]] const Environment& environment() const { return *environment_; }
+  /// What it declared, and what others did.
   [[nodiscard]] const Declared& declared() const { return declared_; }
   /// A world that has not begun. It refers to the environment, so this must outlive it.
   [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed) const {
     return world(seed, options_.script);
   }
+  /// The same with a script of its own.
   [[nodiscard]] std::unique_ptr<TestWorld> world(std::uint64_t seed, const Script& script) const {
     return std::make_unique<TestWorld>(
         options_.info, declared_, seed, script,
@@ -139,7 +148,8 @@ class EnvironmentCheck {
   EnvironmentCheck(MakeEnvironment make, EnvironmentOptions options)
       : make_(std::move(make)), options_(std::move(options)) {}
 
-  [[nodiscard]] Failures run();
+  /// The checks, which keep `it`.
+  [[nodiscard]] static Checks list(const std::shared_ptr<EnvironmentCheck>& it);
 
  private:
   [[nodiscard]] EnvironmentStage stage() const { return {make_(), options_}; }
@@ -148,7 +158,10 @@ class EnvironmentCheck {
     return live(*fresh.world(seed), options_.steps);
   }
 
+  /// What all later lives are compared with, lived when it is first asked for.
+  void live_first();
   void declares_the_same_twice() const;
+  void again() const { require_same(expected_, alone(options_.seed)); }
   void adds_to_forces() const;
   void one_instance_twice() const;
   void interleaved(const EnvironmentStage& first, const EnvironmentStage& second) const;
@@ -159,35 +172,78 @@ class EnvironmentCheck {
 
   MakeEnvironment make_;
   EnvironmentOptions options_;
-  Trace expected_;  ///< of a fresh instance in a fresh world
-  Trace other_;     ///< the same of another seed
+  Trace expected_{};  ///< of a fresh instance in a fresh world
+  Trace other_{};     ///< the same of another seed
 };
 
-inline Failures EnvironmentCheck::run() {
-  Failures failures;
-  // Without a declaration and one whole life there is nothing to compare with.
-  if (!attempt(failures, "declare", [&] { declares_the_same_twice(); })) return failures;
-  const auto first_life = [&] {
-    expected_ = alone(options_.seed);
-    other_ = alone(options_.seed + 1);
+inline Checks EnvironmentCheck::list(const std::shared_ptr<EnvironmentCheck>& it) {
+  const std::string same = "a second instance, the same seed",
+                    serially = "a second simulation of one instance",
+                    in_turns = "two instances in turns",
+                    shared = "one instance serving two worlds in turns";
+  Checks checks;
+  checks.push_back({.law = "declare",
+                    .name = "declare",
+                    .remedy = "declare from the parameters and Declare::world() alone, each name "
+                              "once",
+                    .body = [it] { it->declares_the_same_twice(); },
+                    .first = true});
+  checks.push_back({.law = "a first simulation",
+                    .name = "a first simulation",
+                    .remedy = "write finite numbers, what you declared, in the phases that "
+                              "world.hpp names; what an environment throws ends a run",
+                    .body = [it] { it->live_first(); },
+                    .first = true});
+  const auto add = [&](const std::string& law, const std::string& name, const char* remedy,
+                       auto body, std::vector<std::string> needs) {
+    checks.push_back({.law = law,
+                      .name = name,
+                      .remedy = remedy,
+                      .body = [it, body] { it->live_first(), body(*it); },
+                      .needs = std::move(needs)});
   };
-  if (!attempt(failures, "a first simulation", first_life)) return failures;
-  attempt(failures, "a second instance, the same seed",
-          [&] { require_same(expected_, alone(options_.seed)); });
-  attempt(failures, "a second simulation of one instance", [&] { one_instance_twice(); });
-  attempt(failures, "two instances in turns", [&] { interleaved(stage(), stage()); });
-  attempt(failures, "one instance serving two worlds in turns", [&] {
-    const EnvironmentStage both = stage();
-    interleaved(both, both);
-  });
-  attempt(failures, "one instance on several threads", [&] { on_several_threads(); });
-  for (const std::uint64_t step : {options_.steps / 4, options_.steps / 2, options_.steps * 3 / 4})
-    attempt(failures, "saved before step " + std::to_string(step) + ", restored to a new instance",
-            [&] { restored(step); });
-  attempt(failures, "another storage order of the cells", [&] { shuffled(); });
-  attempt(failures, "act(forces)", [&] { adds_to_forces(); });
-  if (options_.total) attempt(failures, "conservation", [&] { conserves(); });
-  return failures;
+  const char* in_the_world =
+      "keep what changes in grids, tables, scalars and cell values of the World, and no mutable "
+      "members, statics or thread_locals";
+  add(same, same, "take chance from World::rng alone; no statics, no clock, no addresses",
+      [](const EnvironmentCheck& c) { c.again(); }, {});
+  add(serially, serially, in_the_world, [](const EnvironmentCheck& c) { c.one_instance_twice(); },
+      {same});
+  add(in_turns, in_turns, in_the_world,
+      [](const EnvironmentCheck& c) { c.interleaved(c.stage(), c.stage()); }, {same, serially});
+  add(shared, shared, in_the_world,
+      [](const EnvironmentCheck& c) {
+        const EnvironmentStage both = c.stage();
+        c.interleaved(both, both);
+      },
+      {same, serially, in_turns});
+  add("one instance on several threads", "one instance on several threads",
+      "begin and act are called from several threads at once: write to the World only",
+      [](const EnvironmentCheck& c) { c.on_several_threads(); },
+      {same, serially, in_turns, shared});
+  for (const std::uint64_t quarter : {1, 2, 3}) {
+    const std::uint64_t step = it->options_.steps * quarter / 4;
+    add("saved in mid-life",
+        "saved before step " + std::to_string(step) + ", restored to a new instance", in_the_world,
+        [step](const EnvironmentCheck& c) { c.restored(step); },
+        {same, serially, in_turns, shared});
+  }
+  add("another storage order of the cells", "another storage order of the cells",
+      "cells are stored in any order: tell them apart by (organism, id), and sum over them in that "
+      "order",
+      [](const EnvironmentCheck& c) { c.shuffled(); }, {same});
+  add("act(forces)", "act(forces)", "add to force_x and force_y (+=): others push, too",
+      [](const EnvironmentCheck& c) { c.adds_to_forces(); }, {});
+  if (it->options_.total)
+    add("conservation", "conservation", "see where act makes or loses some of the total",
+        [](const EnvironmentCheck& c) { c.conserves(); }, {});
+  return checks;
+}
+
+inline void EnvironmentCheck::live_first() {
+  if (!expected_.empty() && !other_.empty()) return;
+  expected_ = alone(options_.seed);
+  other_ = alone(options_.seed + 1);
 }
 
 inline void EnvironmentCheck::declares_the_same_twice() const {
@@ -292,6 +348,12 @@ inline void EnvironmentCheck::conserves() const {
 
 }  // namespace detail
 
+/// The checks of check_environment, one by one.
+[[nodiscard]] inline Checks environment_checks(const MakeEnvironment& make,
+                                               const EnvironmentOptions& options = {}) {
+  return detail::EnvironmentCheck::list(std::make_shared<detail::EnvironmentCheck>(make, options));
+}
+
 /// Whether environments made by `make` keep the contract of environment.hpp and world.hpp. Each
 /// failure names the check and the first difference. What is checked:
 ///
@@ -306,7 +368,7 @@ inline void EnvironmentCheck::conserves() const {
 /// - `options.total` changes as `options.change` says.
 [[nodiscard]] inline Failures check_environment(const MakeEnvironment& make,
                                                 const EnvironmentOptions& options = {}) {
-  return detail::EnvironmentCheck(make, options).run();
+  return detail::run(environment_checks(make, options));
 }
 
 /// The same for a plugin class and its parameters: check_environment<Breeze>({.strength = 2}).

@@ -1,11 +1,14 @@
-// What the checks share: the list of failures, threads that hand on exceptions, plain bytes.
+/// @file
+/// What the checks share: the list of failures, threads that hand on exceptions, plain bytes.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -14,12 +17,30 @@
 #include <type_traits>
 #include <vector>
 
+/// The conformance kit; see testing.hpp.
 namespace somas::testing {
 
 /// One readable sentence a broken promise; empty: the plugin keeps the contract.
 using Failures = std::vector<std::string>;
 
+/// A saved world.
 using Bytes = std::vector<std::uint8_t>;
+
+/// One promise of the contract, looked at by itself.
+struct Check {
+  std::string law;     ///< "saved in mid-life"; several checks may be of one law
+  std::string name;    ///< how a failure begins: "saved before step 10, restored to a new instance"
+  std::string remedy;  ///< what an author can do about it
+  std::function<void()> body;  ///< throws what is wrong; any number of times, in any order
+  /// Laws without which this one says nothing.
+  std::vector<std::string> needs{};
+  /// Checks with the same scope make no sense when this one fails.
+  bool first = false;
+  std::string scope{};
+};
+
+/// In the order in which they are told.
+using Checks = std::vector<Check>;
 
 namespace detail {
 
@@ -41,6 +62,17 @@ bool attempt(Failures& failures, const std::string& check, Body&& body) {
     failures.push_back(check + ": an exception that is no std::exception");
   }
   return false;
+}
+
+/// All checks in order, but for those that make no sense after a failure.
+inline Failures run(const Checks& checks) {
+  Failures failures;
+  std::vector<std::string> ended;
+  for (const Check& check : checks) {
+    if (std::find(ended.begin(), ended.end(), check.scope) != ended.end()) continue;
+    if (!attempt(failures, check.name, check.body) && check.first) ended.push_back(check.scope);
+  }
+  return failures;
 }
 
 /// Calls body(0), ..., body(count - 1), each on a new thread, all at once; the first exception is

@@ -1,4 +1,5 @@
-// The conformance check of fitness definitions.
+/// @file
+/// The conformance check of fitness definitions.
 #pragma once
 
 #include <cmath>
@@ -20,11 +21,12 @@ namespace somas::testing {
 
 /// How check_fitness looks at a fitness.
 struct FitnessOptions {
+  /// What the fitness is told of the experiment.
   WorldInfo info{.radius = 60, .max_steps = 3000, .substeps = 3, .time_step = 1.0 / 30};
-  std::uint64_t steps = 40;  ///< that are observed
-  Script script{};           ///< what the cells do meanwhile
-  std::uint64_t outcomes = 200;
-  std::uint64_t seed = 1;
+  std::uint64_t steps = 40;      ///< that are observed
+  Script script{};               ///< what the cells do meanwhile
+  std::uint64_t outcomes = 200;  ///< that are scored
+  std::uint64_t seed = 1;        ///< of the world and the outcomes
 };
 
 /// A new instance of the class that is checked, with its parameters.
@@ -38,13 +40,27 @@ class FitnessCheck {
   FitnessCheck(MakeFitness make, FitnessOptions options)
       : make_(std::move(make)), options_(std::move(options)) {}
 
-  [[nodiscard]] Failures run() const {
-    Failures failures;
-    if (!attempt(failures, "declare", [&] { declares_no_acts(); })) return failures;
-    attempt(failures, "objective", [&] { names_its_objective(); });
-    attempt(failures, "score", [&] { scores(); });
-    attempt(failures, "observe", [&] { observes(); });
-    return failures;
+  /// The checks, which keep `it`.
+  [[nodiscard]] static Checks list(const std::shared_ptr<const FitnessCheck>& it) {
+    return {
+        {.law = "declare",
+         .name = "declare",
+         .remedy = "declare from the parameters alone; a fitness has no phases and no sensors",
+         .body = [it] { it->declares_no_acts(); },
+         .first = true},
+        {.law = "objective",
+         .name = "objective",
+         .remedy = "return the same name, not empty, every time",
+         .body = [it] { it->names_its_objective(); }},
+        {.law = "score",
+         .name = "score",
+         .remedy = "compute a finite number from the Outcome alone, also for an organism that "
+                   "lived no step",
+         .body = [it] { it->scores(); }},
+        {.law = "observe",
+         .name = "observe",
+         .remedy = "look at the world and leave it as it is; remember nothing from call to call",
+         .body = [it] { it->observes(); }}};
   }
 
  private:
@@ -164,12 +180,18 @@ inline void FitnessCheck::observes() const {
 
 }  // namespace detail
 
+/// The checks of check_fitness, one by one.
+[[nodiscard]] inline Checks fitness_checks(const MakeFitness& make,
+                                           const FitnessOptions& options = {}) {
+  return detail::FitnessCheck::list(std::make_shared<const detail::FitnessCheck>(make, options));
+}
+
 /// Whether fitness definitions made by `make` keep the contract of fitness.hpp: an objective with a
 /// name, no phases and no sensors, finite scores that hang on the outcome alone, and an `observe`
 /// that leaves the world as it is and says the same of equal worlds.
 [[nodiscard]] inline Failures check_fitness(const MakeFitness& make,
                                             const FitnessOptions& options = {}) {
-  return detail::FitnessCheck(make, options).run();
+  return detail::run(fitness_checks(make, options));
 }
 
 /// The same for a plugin class and its parameters.

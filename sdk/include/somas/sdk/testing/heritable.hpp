@@ -1,10 +1,12 @@
-// The conformance check of what evolves: the laws of heritable.hpp.
+/// @file
+/// The conformance check of what evolves: the laws of heritable.hpp.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <set>
 #include <span>
 #include <stdexcept>
@@ -23,7 +25,7 @@ namespace somas::testing {
 struct HeritableOptions {
   std::uint64_t genomes = 12;    ///< drawn for each layout
   std::uint64_t mutations = 40;  ///< events that the last of them has been through; the first: none
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;        ///< of all chance
   /// Genes that are conformed to a layout that holds all ports of theirs, and back, are the same.
   bool conforms_back = true;
 };
@@ -37,9 +39,12 @@ class HeritableCheck {
                  const HeritableOptions& options)
       : heritable_(heritable), layouts_(layouts), options_(options) {}
 
-  [[nodiscard]] Failures run();
+  /// The checks, which keep `it`.
+  [[nodiscard]] static Checks list(const std::shared_ptr<HeritableCheck>& it);
 
  private:
+  /// The genes that are looked at, drawn when they are first asked for.
+  [[nodiscard]] const std::vector<Genes>& all(std::size_t layout);
   [[nodiscard]] Rng stream(const char* purpose, std::uint64_t entity) const {
     return {options_.seed, 0, 0, stable_key(purpose), entity};
   }
@@ -61,6 +66,7 @@ class HeritableCheck {
   const Heritable& heritable_;
   std::span<const Layout> layouts_;
   HeritableOptions options_;
+  std::vector<std::vector<Genes>> drawn_{};
 };
 
 /// Genes written as JSON and read again.
@@ -72,37 +78,79 @@ inline Genes through_json(const Heritable& heritable, GenesView genes) {
   return back;
 }
 
-inline Failures HeritableCheck::run() {
-  Failures failures;
-  for (std::size_t l = 0; l < layouts_.size(); ++l) {
-    const Layout& layout = layouts_[l];
-    const std::string of = layouts_.size() == 1 ? "" : " (layout " + std::to_string(l) + ")";
-    const auto check = [&](const char* law, auto&& body) {
-      return attempt(failures, law + of, body);
+inline Checks HeritableCheck::list(const std::shared_ptr<HeritableCheck>& it) {
+  Checks checks;
+  const std::string chance = "chance from the stream alone";
+  for (std::size_t l = 0; l < it->layouts_.size(); ++l) {
+    const std::string of = it->layouts_.size() == 1 ? "" : " (layout " + std::to_string(l) + ")";
+    const auto add = [&](const std::string& law, const std::string& name, const char* remedy,
+                         auto body, std::vector<std::string> needs = {}) {
+      checks.push_back({.law = law,
+                        .name = name + of,
+                        .remedy = remedy,
+                        .body = [it, l, body] { body(*it, it->layouts_[l], it->all(l)); },
+                        .needs = std::move(needs),
+                        .scope = of});
     };
-    // Without genes there is nothing to look at.
-    std::vector<Genes> all;
-    const auto draw = [&] {
-      for (std::uint64_t i = 0; i < options_.genomes; ++i) all.push_back(evolved(layout, i));
-      fits(layout, all);
-    };
-    if (!check("random and mutate", draw)) continue;
-    check("random", [&] { replaces_old_content(layout); });
-    check("chance from the stream alone", [&] { hangs_on_the_stream(layout); });
-    check("cross", [&] { crosses(layout, all); });
-    check("distance", [&] { measures(all); });
-    check("JSON", [&] { writes_json(layout, all); });
-    check("conform", [&] { leaves_fitting_genes(layout, all); });
-    check("check of damaged genes", [&] { refuses_or_keeps(layout, all.back()); });
-    for (std::size_t m = 0; m < layouts_.size(); ++m) {
+    using All = std::vector<Genes>;
+    using It = HeritableCheck;
+    add("random and mutate", "random and mutate",
+        "random and mutate must give genes that check() takes for the layout",
+        [](const It& c, const Layout& layout, const All& all) { c.fits(layout, all); });
+    checks.back().first = true;
+    add("random", "random", "clear the genes before you draw new ones",
+        [](const It& c, const Layout& layout, const All&) { c.replaces_old_content(layout); });
+    add("cross", "cross",
+        "every gene of a child comes from a parent: of equal parents the child is their equal",
+        [](const It& c, const Layout& layout, const All& all) { c.crosses(layout, all); });
+    add("distance", "distance", "return 0 for equal genes, and the same number >= 0 both ways",
+        [](const It& c, const Layout&, const All& all) { c.measures(all); });
+    add("JSON", "JSON",
+        "write every gene to the last bit (JsonWriter keeps doubles exactly), and read it back",
+        [](const It& c, const Layout& layout, const All& all) { c.writes_json(layout, all); });
+    add("conform", "conform", "leave genes alone that fit the layout already",
+        [](const It& c, const Layout& layout, const All& all) {
+          c.leaves_fitting_genes(layout, all);
+        });
+    add(chance, chance,
+        "draw from the Rng that is handed in; no statics, no clock, no addresses, nothing kept "
+        "from call to call",
+        [](const It& c, const Layout& layout, const All&) { c.hangs_on_the_stream(layout); },
+        {"cross", "distance", "JSON", "conform"});
+    add("check of damaged genes", "check of damaged genes",
+        "refuse, with std::runtime_error, whatever no operator makes: look at lengths, counts and "
+        "ranges before you use them",
+        [](const It& c, const Layout& layout, const All& all) {
+          c.refuses_or_keeps(layout, all.back());
+        },
+        {"JSON"});
+    for (std::size_t m = 0; m < it->layouts_.size(); ++m) {
       if (m == l) continue;
-      check(("conform to layout " + std::to_string(m)).c_str(),
-            [&] { conforms(layout, layouts_[m]); });
-      check(("cross with layout " + std::to_string(m)).c_str(),
-            [&] { crosses_layouts(layout, layouts_[m]); });
+      const std::string other = std::to_string(m);
+      add("conform to other ports", "conform to layout " + other,
+          "match ports by key, drop those that are gone, draw those that are new from the Rng",
+          [m](const It& c, const Layout& layout, const All&) { c.conforms(layout, c.layouts_[m]); },
+          {chance, "conform"});
+      add("cross with other ports", "cross with layout " + other,
+          "match ports by key: what only one parent has comes from that one, whole",
+          [m](const It& c, const Layout& layout, const All&) {
+            c.crosses_layouts(layout, c.layouts_[m]);
+          },
+          {chance, "cross", "conform", "conform to other ports"});
     }
   }
-  return failures;
+  return checks;
+}
+
+inline const std::vector<Genes>& HeritableCheck::all(std::size_t layout) {
+  drawn_.resize(layouts_.size());
+  if (drawn_[layout].empty()) {
+    std::vector<Genes> genes;
+    for (std::uint64_t i = 0; i < options_.genomes; ++i)
+      genes.push_back(evolved(layouts_[layout], i));
+    drawn_[layout] = std::move(genes);
+  }
+  return drawn_[layout];
 }
 
 /// Random genes; the last of them has been through all mutations, the first through none.
@@ -305,6 +353,14 @@ inline void HeritableCheck::crosses_layouts(const Layout& own, const Layout& oth
 
 }  // namespace detail
 
+/// The checks of check_heritable, one by one. What they look at must outlive them.
+[[nodiscard]] inline Checks heritable_checks(const Heritable& heritable,
+                                             std::span<const Layout> layouts,
+                                             const HeritableOptions& options = {}) {
+  return detail::HeritableCheck::list(
+      std::make_shared<detail::HeritableCheck>(heritable, layouts, options));
+}
+
 /// Whether a heritable part keeps the laws of heritable.hpp, for genes of every layout in `layouts`
 /// (trees that evolve: one empty Layout), and from each to every other. Each failure names the law:
 /// random, mutated, crossed and conformed genes fit; `cross` of a parent with itself, whole or less
@@ -314,7 +370,7 @@ inline void HeritableCheck::crosses_layouts(const Layout& own, const Layout& oth
 [[nodiscard]] inline Failures check_heritable(const Heritable& heritable,
                                               std::span<const Layout> layouts,
                                               const HeritableOptions& options = {}) {
-  return detail::HeritableCheck(heritable, layouts, options).run();
+  return detail::run(heritable_checks(heritable, layouts, options));
 }
 
 }  // namespace somas::testing

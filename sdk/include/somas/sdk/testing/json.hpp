@@ -1,5 +1,6 @@
-// One JSON value in memory, behind the SDK's JsonWriter and JsonReader. Numbers are kept exactly,
-// as the host's text keeps them.
+/// @file
+/// One JSON value in memory, behind the SDK's JsonWriter and JsonReader. Numbers are kept exactly,
+/// as the host's text keeps them.
 #pragma once
 
 #include <cmath>
@@ -19,8 +20,16 @@ namespace somas::testing {
 /// std::runtime_error that names the place, as in the host.
 class JsonValue final : public JsonReader {
  public:
-  enum class Kind { object, list, number, integer, text };
+  /// What a value is.
+  enum class Kind {
+    object,   ///< members by key
+    list,     ///< items in order
+    number,   ///< a double
+    integer,  ///< a 64-bit integer
+    text      ///< a string, or a key64
+  };
 
+  /// An empty one; errors name its `place`.
   explicit JsonValue(Kind kind = Kind::object, std::string place = "genes")
       : kind_(kind), place_(std::move(place)) {}
 
@@ -90,6 +99,7 @@ class JsonValue final : public JsonReader {
 /// not finite, a key twice, a member without a key, a list's item with one, a close too many.
 class JsonTree final : public JsonWriter {
  public:
+  /// An empty object.
   JsonTree() : open_{&root_} {}
   JsonTree(const JsonTree&) = delete;
   JsonTree& operator=(const JsonTree&) = delete;

@@ -1,4 +1,5 @@
-// Layouts for the checks of genes and controllers, with the ports that the host wires.
+/// @file
+/// Layouts for the checks of genes and controllers, with the ports that the host wires.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +18,8 @@ namespace somas::testing {
 /// state, every other one to none. Keys hang on the names alone.
 class PortTable {
  public:
+  /// The names of states, of the channels that each of them has, and of the outputs; channels are
+  /// numbered in these orders.
   PortTable(const std::vector<std::string>& states, const std::vector<std::string>& channels,
             const std::vector<std::string>& outputs) {
     for (const std::string& state : states) {
@@ -33,9 +36,12 @@ class PortTable {
     }
     channels_ = static_cast<std::uint32_t>(channels.size());
   }
+  /// The names move along.
   PortTable(PortTable&&) = default;
+  /// The names move along.
   PortTable& operator=(PortTable&&) = default;
 
+  /// Valid as long as this table.
   [[nodiscard]] Layout layout() const { return {states_, inputs_, outputs_, channels_}; }
 
  private:

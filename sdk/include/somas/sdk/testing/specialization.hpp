@@ -1,4 +1,5 @@
-// The conformance check of specialization trees.
+/// @file
+/// The conformance check of specialization trees.
 #pragma once
 
 #include <array>
@@ -30,21 +31,27 @@ using MakeSpecialization = std::function<std::unique_ptr<Specialization>()>;
 
 /// A state that a tree emitted, with its own copies.
 struct GrownState {
-  std::string name;
-  std::uint64_t key = 0;  ///< derived from the name when the tree gives 0
-  std::uint16_t parent = no_state;
-  double mass = 0, radius = 0, stiffness = 0, adhesion = 0, adhesion_range = 0;
-  std::vector<double> skills{};
-  double motility = 0;
-  std::uint32_t motility_signal = 0;
+  std::string name;                     ///< StateSpec::name
+  std::uint64_t key = 0;                ///< derived from the name when the tree gives 0
+  std::uint16_t parent = no_state;      ///< StateSpec::parent
+  double mass = 0;                      ///< StateSpec::mass
+  double radius = 0;                    ///< StateSpec::radius
+  double stiffness = 0;                 ///< StateSpec::stiffness
+  double adhesion = 0;                  ///< StateSpec::adhesion
+  double adhesion_range = 0;            ///< StateSpec::adhesion_range
+  std::vector<double> skills{};         ///< StateSpec::skills
+  double motility = 0;                  ///< StateSpec::motility
+  std::uint32_t motility_signal = 0;    ///< StateSpec::motility_signal
   std::vector<double> adhesion_with{};  ///< -1: the mean of both
-  std::array<double, 4> thresholds{};
+  std::array<double, 4> thresholds{};   ///< of quiescence, division, specialization, apoptosis
+  /// Whether all members are equal.
   bool operator==(const GrownState&) const = default;
 };
 
 /// Takes what the host takes; throws std::runtime_error, naming the state, for what it refuses.
 class TestTreeSink final : public TreeSink {
  public:
+  /// For a world with these skills.
   explicit TestTreeSink(std::span<const SkillInfo> skills) : skills_(skills) {}
 
   void add(const StateSpec& spec) override {
@@ -91,7 +98,7 @@ class TestTreeSink final : public TreeSink {
   /// As many as the reference world's.
   [[nodiscard]] std::uint32_t morphogens() const override { return 3; }
 
-  std::vector<GrownState> states;
+  std::vector<GrownState> states;  ///< that were added, in order
 
  private:
   static std::array<double, 4> thresholds_of(const StateSpec& spec) {
@@ -128,7 +135,8 @@ class SpecializationCheck {
                       SpecializationOptions options)
       : make_(std::move(make)), skills_(skills), options_(options) {}
 
-  [[nodiscard]] Failures run() const;
+  /// The checks, which keep `it`.
+  [[nodiscard]] static Checks list(const std::shared_ptr<const SpecializationCheck>& it);
 
  private:
   using States = std::vector<GrownState>;
@@ -166,18 +174,41 @@ class SpecializationCheck {
   SpecializationOptions options_;
 };
 
-inline Failures SpecializationCheck::run() const {
-  Failures failures;
-  std::unique_ptr<Specialization> tree;
-  if (!attempt(failures, "declare", [&] { tree = declared(); })) return failures;
-  attempt(failures, "grow", [&] { grows_the_same(); });
+inline Checks SpecializationCheck::list(const std::shared_ptr<const SpecializationCheck>& it) {
+  Checks checks = {{.law = "declare",
+                    .name = "declare",
+                    .remedy = "copy what you need of the skills; what declare throws ends a run",
+                    .body = [it] { static_cast<void>(it->declared()); },
+                    .first = true}};
+  // What evolves, an instance has to say.
+  std::shared_ptr<Specialization> tree;
+  try {
+    tree = it->declared();
+  } catch (...) {
+    return checks;
+  }
+  checks.push_back({.law = "grow",
+                    .name = "grow",
+                    .remedy = "emit the root first, parents before children, names and keys once, "
+                              "every number in the range of specialization.hpp, from the "
+                              "parameters and genes alone",
+                    .body = [it] { it->grows_the_same(); }});
   const Heritable* heritable = tree->heritable();
-  if (heritable == nullptr) return failures;
-  const Layout none{};
-  const Failures laws = check_heritable(*heritable, std::span(&none, 1), options_.heritable);
-  failures.insert(failures.end(), laws.begin(), laws.end());
-  attempt(failures, "grow after mutations", [&] { keeps_growing(*tree, *heritable); });
-  return failures;
+  if (heritable == nullptr) return checks;
+  static const Layout none{};
+  for (Check& law : heritable_checks(*heritable, std::span(&none, 1), it->options_.heritable)) {
+    // The genes' operators live as long as the tree.
+    law.body = [tree, body = std::move(law.body)] { body(); };
+    law.scope = "genes";
+    checks.push_back(std::move(law));
+  }
+  checks.push_back({.law = "grow after mutations",
+                    .name = "grow after mutations",
+                    .remedy = "mutate and cross must leave genes that give a tree: undo, or do not "
+                              "do, what would not",
+                    .body = [it, tree, heritable] { it->keeps_growing(*tree, *heritable); },
+                    .needs = {"grow", "random and mutate", "cross"}});
+  return checks;
 }
 
 inline void SpecializationCheck::grows_the_same() const {
@@ -219,6 +250,15 @@ inline void SpecializationCheck::keeps_growing(const Specialization& tree,
 
 }  // namespace detail
 
+/// The checks of check_specialization, one by one. They make an instance to see whether it evolves;
+/// `skills` must outlive them.
+[[nodiscard]] inline Checks specialization_checks(const MakeSpecialization& make,
+                                                  std::span<const SkillInfo> skills,
+                                                  const SpecializationOptions& options = {}) {
+  return detail::SpecializationCheck::list(
+      std::make_shared<const detail::SpecializationCheck>(make, skills, options));
+}
+
 /// Whether specializations made by `make` keep the contract of specialization.hpp when there are
 /// `skills` (as the host lists them: the model's capacity, diffusion and energy_efficiency, then
 /// the environments'): trees that the host takes (the root first, parents before children, names
@@ -227,7 +267,7 @@ inline void SpecializationCheck::keeps_growing(const Specialization& tree,
 [[nodiscard]] inline Failures check_specialization(const MakeSpecialization& make,
                                                    std::span<const SkillInfo> skills,
                                                    const SpecializationOptions& options = {}) {
-  return detail::SpecializationCheck(make, skills, options).run();
+  return detail::run(specialization_checks(make, skills, options));
 }
 
 /// The same for a plugin class and its parameters.

@@ -1,6 +1,7 @@
-// A world without a model behind it: cells move, eat, divide and die by a script, and environments
-// act on them in the phases of a step, in the host's order and under its rules. All state is the
-// world's, so that it can be saved, restored and compared to the last bit.
+/// @file
+/// A world without a model behind it: cells move, eat, divide and die by a script, and environments
+/// act on them in the phases of a step, in the host's order and under its rules. All state is the
+/// world's, so that it can be saved, restored and compared to the last bit.
 #pragma once
 
 #include <algorithm>
@@ -24,16 +25,19 @@
 
 namespace somas::testing {
 
+/// A cell, as Cells has it.
 struct TestCell {
-  std::uint64_t id = 0;
-  std::uint16_t organism = 0;
-  std::uint16_t state = 0;
-  double x = 0, y = 0;
-  double vx = 0, vy = 0;
-  double radius = 1;
-  double energy = 1;
-  double ambrosia = 0;
-  double pressure = 0;
+  std::uint64_t id = 0;          ///< unique within its organism
+  std::uint16_t organism = 0;    ///< which organism
+  std::uint16_t state = 0;       ///< index into its tree
+  double x = 0;                  ///< of the centre
+  double y = 0;                  ///< of the centre
+  double vx = 0;                 ///< velocity along x
+  double vy = 0;                 ///< velocity along y
+  double radius = 1;             ///< > 0
+  double energy = 1;             ///< [0, 1]
+  double ambrosia = 0;           ///< [0, capacity]
+  double pressure = 0;           ///< [0, 1)
   Id cause = no_id;              ///< of its death at the end of this step; no_id: it lives on
   std::vector<double> values{};  ///< one per declared cell value; missing ones are 0
   std::vector<double> damage{};  ///< absorbed, one per declared hazard; missing ones are 0
@@ -62,11 +66,13 @@ struct TestCell {
 /// What becomes of the cells beside what environments do to them. It hangs on the world's seed, the
 /// step and the cells' (organism, id) alone.
 struct Script {
+  /// The cells at the start.
   std::vector<TestCell> founders = scattered_cells();
   /// A cell divides in every so many steps (an empty world gets a newcomer); 0: never.
   std::uint64_t birth_every = 4;
   /// A cell dies in every so many steps; 0: never.
   std::uint64_t death_every = 7;
+  /// Of the tree; daughters are of the state after their mother's.
   std::uint16_t states = 3;
   /// Points in a skill by state. Left out: capacity has 10, every other skill its fallback in state
   /// 0 and 1 more in each further state, within its range.
@@ -82,14 +88,15 @@ struct Script {
 
 /// An environment under its name in the experiment.
 struct TestActor {
-  std::string instance;
-  const Environment* environment = nullptr;
+  std::string instance;                      ///< its name in the experiment
+  const Environment* environment = nullptr;  ///< must outlive the world
 };
 
 /// What one part of the world was in one step, for comparisons: equal parts have equal hashes.
 struct Mark {
-  std::string part;  ///< "sensor 'food'", "grid 'content'"
-  std::uint64_t hash = 0;
+  std::string part;        ///< "sensor 'food'", "grid 'content'"
+  std::uint64_t hash = 0;  ///< of its bytes
+  /// Whether part and hash are equal.
   bool operator==(const Mark&) const = default;
 };
 
@@ -103,6 +110,8 @@ using Trace = std::vector<std::vector<Mark>>;
 /// another instance declares.
 class TestWorld final : public World {
  public:
+  /// A world at step 0 that has not begun: what was declared, the seed of its chance, what becomes
+  /// of the cells, and who acts in it, in this order.
   TestWorld(WorldInfo info, Declared declared, std::uint64_t seed, Script script,
             std::vector<TestActor> actors)
       : info_(info),
@@ -126,6 +135,7 @@ class TestWorld final : public World {
   // ---- the life of the world
   // ---------------------------------------------------------------------
 
+  /// Calls `begin` of the actors.
   void begin();
   /// All phases of a step, with births, deaths, meals and motion between them.
   void advance();
@@ -133,6 +143,7 @@ class TestWorld final : public World {
   void act(Phase phase);
   /// Takes the place of all cells.
   void place(std::vector<TestCell> cells);
+  /// What `step` says from now on.
   void set_step(std::uint64_t step) { state_.step = step; }
   /// Sets a parameter as its owner's name and its own name say, whoever has it in charge.
   void set_parameter(std::string_view instance, std::string_view name, double value) {
@@ -143,22 +154,25 @@ class TestWorld final : public World {
   /// declarations, which then needs no `begin`. Throws std::runtime_error on bytes of another
   /// world.
   [[nodiscard]] Bytes save() const;
+  /// The inverse of `save`.
   void restore(std::span<const std::uint8_t> bytes);
 
   // ---- looking at it
   // -----------------------------------------------------------------------------
 
+  /// What was declared.
   [[nodiscard]] const Declared& declared() const { return declared_; }
   /// In storage order.
   [[nodiscard]] const std::vector<TestCell>& test_cells() const { return state_.cells; }
-  /// A grid, table or scalar by its owner and name; throws std::logic_error for one that is not
-  /// declared.
+  /// A grid by its owner and name; throws std::logic_error for one that is not declared.
   [[nodiscard]] Grid grid(std::string_view instance, std::string_view name) {
     return grid_at(id_of(declared_.grids, instance, name));
   }
+  /// A table by its owner and name; throws as `grid` does.
   [[nodiscard]] Table& table(std::string_view instance, std::string_view name) {
     return state_.tables[id_of(declared_.tables, instance, name)];
   }
+  /// A scalar by its owner and name; throws as `grid` does.
   [[nodiscard]] double& scalar(std::string_view instance, std::string_view name) {
     return state_.scalars[id_of(declared_.scalars, instance, name)];
   }
@@ -169,6 +183,7 @@ class TestWorld final : public World {
   }
   /// What the last Phase::forces added up to, in storage order.
   [[nodiscard]] std::span<const double> pushed_x() const { return force_x_; }
+  /// The same along y.
   [[nodiscard]] std::span<const double> pushed_y() const { return force_y_; }
   /// Units that the cells have taken up so far, of each resource.
   [[nodiscard]] const std::vector<double>& eaten() const { return state_.eaten; }
@@ -608,11 +623,11 @@ inline void TestWorld::divide() {
   if (!state_.cells.empty()) {
     const std::vector<std::uint32_t> order = ranked();
     TestCell& parent = state_.cells[order[state_.step / script_.birth_every % order.size()]];
-    for (std::size_t v = 0; v < parent.values.size(); ++v) {
+    for (std::size_t v = 0; v < parent.values.size(); ++v)
       if (declared_.cell_values[v].rule == OnDivision::halve) parent.values[v] /= 2;
-      if (declared_.cell_values[v].rule == OnDivision::zero) parent.values[v] = 0;
-    }
     child = parent;
+    for (std::size_t v = 0; v < child.values.size(); ++v)
+      if (declared_.cell_values[v].rule == OnDivision::zero) child.values[v] = 0;
     child.x += 0.5;
     child.vy = -child.vy;
     child.state = static_cast<std::uint16_t>((child.state + 1) % script_.states);
