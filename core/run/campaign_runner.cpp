@@ -152,6 +152,7 @@ class CampaignRunner {
         standing = standing_of(directory_ / runs_[i].directory);
       } catch (const UsageError&) {
         // Damaged: going on with it will tell.
+      } catch (const WriteError&) {
       }
       // It would bring us down again, and the others with it.
       std::error_code ignored;
@@ -354,7 +355,6 @@ void write_campaign(const fs::path& directory, const CampaignPlan& plan) {
   for (std::size_t i = 0; i < plan.conditions.size(); ++i) {
     const Condition& condition = plan.campaign.conditions[i];
     write_file(condition_file(directory, condition), plan.conditions[i].resolved_yaml);
-    make_directory_in(directory / condition.name);
   }
   write_file(directory / "campaign.json", to_text(campaign_to_json(plan.campaign)));
 }
@@ -413,6 +413,7 @@ Campaign extended(Campaign campaign, const CampaignResumeOptions& resume) {
 CampaignReport resume_campaign(const CampaignResumeOptions& resume, const CampaignOptions& options,
                                Terminal& terminal, evaluation::StopToken stop) {
   const RunLock lock(resume.directory);
+  for (const char* place : {"", "conditions"}) remove_temporary_files(resume.directory / place);
   Campaign campaign = extended(read_campaign(resume.directory), resume);
   if (!resume.plugin_path.empty()) campaign.plugin_path = resume.plugin_path;
   if (!resume.sweeps.empty())

@@ -59,7 +59,9 @@ void add_statistics(CsvLine& line, std::vector<double> values) {
 
 RunStanding standing_of(const fs::path& run) {
   RunStanding standing;
-  if (!holds_run(run)) return standing;
+  // Of one that was killed only whoever goes on with it can read the store, and tell its end.
+  std::error_code error;
+  if (!holds_run(run) || fs::exists(run / RunLock::file_name, error)) return standing;
   const Store store(run / store_name, Database::Access::read);
   if (says_complete(run)) standing.status = RunStatus::complete;
   standing.generations = store.generations();

@@ -25,8 +25,8 @@ struct RunStanding {
   std::string reason;  ///< why it failed
 };
 
-/// As a run directory is on the disk; one without a run waits. `complete` if it says so itself.
-/// Throws UsageError for a damaged one.
+/// As a run directory is on the disk: `complete` if it says so itself; one without a run waits, and
+/// one that was killed. Throws UsageError for a damaged one, WriteError.
 [[nodiscard]] RunStanding standing_of(const std::filesystem::path& run);
 
 /// `standings`: by run, as Campaign::runs() has them.

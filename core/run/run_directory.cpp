@@ -213,6 +213,15 @@ void clear_beginning(const fs::path& directory) {
   remove_beginning(directory);
 }
 
+void remove_temporary_files(const fs::path& directory) {
+  std::vector<fs::path> leftovers;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
+    if (is_temporary(entry.path().filename().string())) leftovers.push_back(entry.path());
+  for (const fs::path& path : leftovers)
+    if (fs::remove(path, error); error) throw WriteError(path, error.value());
+}
+
 void make_directory_in(const fs::path& path) { make_directory(path); }
 
 bool holds_run(const fs::path& directory) {

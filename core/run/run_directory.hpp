@@ -66,6 +66,9 @@ namespace somas::run {
 /// UsageError if there is more.
 void clear_beginning(const std::filesystem::path& directory);
 
+/// Removes temporary files that a kill has left in a directory. Throws WriteError.
+void remove_temporary_files(const std::filesystem::path& directory);
+
 /// Makes a directory in one that exists, unless it is there already. Throws WriteError.
 void make_directory_in(const std::filesystem::path& path);
 

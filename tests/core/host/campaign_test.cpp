@@ -21,6 +21,7 @@ using test::HostProcess;
 using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 using Row = std::map<std::string, std::string>;
@@ -206,9 +207,36 @@ TEST_F(Campaigns, KilledAtAnyTimeAndResumedEndAsThoseNeverStopped) {
   ASSERT_EQ(host({"resume", "c", "--workers", "1"}), 0) << err_;
   EXPECT_THAT(err_, HasSubstr("; " + std::to_string(before) + " done"));
   expect_same_campaigns("whole", "c");
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path("c")))
+    EXPECT_THAT(entry.path().filename().string(), Not(AnyOf(HasSubstr(".tmp"), "run.lock")));
   // There is nothing left to do.
   ASSERT_EQ(host({"resume", "c"}), 0) << err_;
   expect_same_campaigns("whole", "c");
+}
+
+TEST_F(Campaigns, KilledBeforeTheyBeganStartAnew) {
+  fs::create_directories(path("c/conditions"));
+  for (const char* file :
+       {"c/run.lock", "c/experiment.yaml", "c/conditions/mutation=9.yaml", "c/.campaign.json.tmp1"})
+    write_file(path(file), "");
+  ASSERT_EQ(host({"sweep.yaml", "--out", "c"}), 0) << err_;
+  EXPECT_EQ(complete("c"), 8u);
+  EXPECT_FALSE(fs::exists(path("c/conditions/mutation=9.yaml")));
+  // One that has begun is never overwritten.
+  ASSERT_EQ(host({"sweep.yaml", "--out", "c"}), 2);
+  EXPECT_THAT(err_, HasSubstr("directory c is not empty"));
+}
+
+TEST_F(Campaigns, OneThatWasKilledAtItsEndIsClosed) {
+  ASSERT_EQ(host({"sweep.yaml", "--out", "c"}), 0) << err_;
+  // As after a kill before the files were flushed.
+  const std::string run = "c/" + column("c", "directory")[3];
+  const std::string before = text(run + "/individuals.csv");
+  write_file(path(run + "/run.lock"), "");
+  write_file(path(run + "/individuals.csv"), before.substr(0, before.size() / 2));
+  ASSERT_EQ(host({"resume", "c"}), 0) << err_;
+  EXPECT_THAT(err_, HasSubstr("; 7 done"));
+  EXPECT_EQ(text(run + "/individuals.csv"), before);
 }
 
 TEST_F(Campaigns, ASignalStopsThemAndAResumeGoesOn) {
