@@ -35,16 +35,28 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
 template <class T>
 void Reorganiser::gather(T* column) {
   static_assert(sizeof(T) <= sizeof(std::uint64_t) && std::is_trivially_copyable_v<T>);
-  const std::size_t count = source_.size();
   if (only_removals_) {
     // Everybody moves towards the front: in place, front to back.
-    for (std::size_t i = first_moved_; i < count; ++i) column[i] = column[source_[i]];
+    for (const Run& run : runs_)
+      std::memmove(column + run.to, column + run.from, run.count * sizeof(T));
     return;
   }
-  for (std::size_t i = first_moved_; i < count; ++i)
-    std::memcpy(scratch_.data() + i * sizeof(T), &column[source_[i]], sizeof(T));
-  std::memcpy(column + first_moved_, scratch_.data() + first_moved_ * sizeof(T),
-              (count - first_moved_) * sizeof(T));
+  if (runs_.empty()) return;
+  const std::size_t first = runs_.front().to;
+  auto* moved = reinterpret_cast<T*>(scratch_.data());
+  for (const Run& run : runs_)
+    std::memcpy(moved + (run.to - first), column + run.from, run.count * sizeof(T));
+  std::memcpy(column + first, moved, (source_.size() - first) * sizeof(T));
+}
+
+void Reorganiser::list_runs() {
+  runs_.clear();
+  std::uint32_t i = 0;
+  while (i < source_.size() && source_[i] == i) ++i;
+  for (; i < source_.size(); ++i) {
+    if (runs_.empty() || source_[i] != source_[i - 1] + 1) runs_.push_back({i, source_[i], 0});
+    ++runs_.back().count;
+  }
 }
 
 void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
@@ -58,8 +70,7 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
   else
     sort_order(cells);
 
-  first_moved_ = 0;
-  while (first_moved_ < source_.size() && source_[first_moved_] == first_moved_) ++first_moved_;
+  list_runs();
   scratch_.resize(std::max(scratch_.size(), source_.size() * sizeof(std::uint64_t)));
   cells.each_column([&](auto& column) {
     gather(column.data());

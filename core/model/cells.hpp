@@ -118,13 +118,18 @@ class Reorganiser {
   void sort(const CellStore& cells, std::span<const std::uint8_t> remove);
   void follow_order(const CellStore& cells);
   void sort_order(const CellStore& cells);
+  void list_runs();
   template <class T>
   void gather(T* column);
 
   std::vector<std::uint32_t> kept_, moved_, newborn_;
   std::vector<std::uint32_t> source_, new_index_;  ///< old index of each new one, and back
   std::vector<std::uint32_t> next_order_;
-  std::size_t first_moved_ = 0;  ///< cells before it stay in place
+  /// Cells that stay side by side: `count` of them go from old to new places.
+  struct Run {
+    std::uint32_t to, from, count;
+  };
+  std::vector<Run> runs_;  ///< of all from the first cell on that does not stay in place
   bool only_removals_ = false;
   std::vector<std::byte> scratch_;
 };

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+
+#include "core/model/lanes.hpp"
 
 namespace somas::model {
 
@@ -58,17 +61,44 @@ void HitFinder::prepare(const CellStore& cells) {
     ++start_[bin_[i] + 1];
   }
   for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
-  for (const std::uint32_t i : placed_) items_[start_[bin_[i]]++] = i;
+  for (auto* column : {&x_, &y_, &radius_}) column->resize(placed_.size() + 3);
+  for (const std::uint32_t i : placed_) {
+    const std::uint32_t at = start_[bin_[i]]++;
+    items_[at] = i;
+    x_[at] = cells.x[i];
+    y_[at] = cells.y[i];
+    radius_[at] = cells.radius[i];
+  }
   for (std::size_t b = start_.size() - 1; b > 0; --b) start_[b] = start_[b - 1];
   start_[0] = 0;
+  mark_inhabited();
+}
+
+void HitFinder::mark_inhabited() {
+  // A bin counts when it or one of the eight round it holds a cell: first along rows, with a bin on
+  // either side that is not there, then along columns.
+  const auto columns = static_cast<std::size_t>(columns_), rows = static_cast<std::size_t>(rows_);
+  const std::size_t bins = columns * rows;
+  inhabited_.assign(columns + 2, 0);
+  around_.assign(bins, 0);
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < columns; ++c)
+      inhabited_[c + 1] = start_[r * columns + c] != start_[r * columns + c + 1] ? 1 : 0;
+    const std::uint8_t* here = inhabited_.data();
+    for (std::size_t near = r > 0 ? r - 1 : 0; near < std::min(r + 2, rows); ++near)
+      for (std::size_t c = 0; c < columns; ++c)
+        around_[near * columns + c] |= here[c] | here[c + 1] | here[c + 2];
+  }
 }
 
 bool HitFinder::overlaps(const Segment& s) const {
-  // Bitwise: the compiler need not branch on each.
-  return (static_cast<int>(std::max(s.x0, s.x1) >= left_) &
-          static_cast<int>(std::min(s.x0, s.x1) <= right_) &
-          static_cast<int>(std::max(s.y0, s.y1) >= bottom_) &
-          static_cast<int>(std::min(s.y0, s.y1) <= top_)) != 0;
+  // Two coordinates at a time, and no branch: most segments are far from all cells.
+  Two from, to;
+  std::memcpy(&from, &s.x0, sizeof from);
+  std::memcpy(&to, &s.x1, sizeof to);
+  const Two high = from < to ? to : from, low = to < from ? to : from;
+  const TwoMask within = (high >= Two{left_, bottom_}) & (low <= Two{right_, top_});
+  return (within[0] & within[1]) != 0;
 }
 
 void HitFinder::first(const CellStore& cells, std::span<const Segment> segments,
@@ -95,29 +125,43 @@ std::int32_t HitFinder::nearest(const CellStore& cells, const Segment& s) const 
   const auto clip = [](double v, std::int32_t last) {
     return static_cast<std::int32_t>(std::clamp(v, 0.0, static_cast<double>(last)));
   };
+  const double length = (x_high - x_low) + (y_high - y_low);  // at least the path's
+  // A short path meets only cells of the bins round its start.
+  if (length + widest_ < 0.999 * side_) {
+    const std::int32_t c = clip((s.x0 - left_) / side_, columns_ - 1);
+    const std::int32_t r = clip((s.y0 - bottom_) / side_, rows_ - 1);
+    if (around_[static_cast<std::size_t>(r * columns_ + c)] == 0) return -1;
+  }
   const std::int32_t c0 = clip((x_low - widest_ - left_) / side_, columns_ - 1);
   const std::int32_t c1 = clip((x_high + widest_ - left_) / side_, columns_ - 1);
   const std::int32_t r0 = clip((y_low - widest_ - bottom_) / side_, rows_ - 1);
   const std::int32_t r1 = clip((y_high + widest_ - bottom_) / side_, rows_ - 1);
-  const double length = (x_high - x_low) + (y_high - y_low);  // at least the path's
   std::int32_t best = -1;
   double best_distance = 2;
   for (std::int32_t r = r0; r <= r1; ++r) {
     const std::size_t row = static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
     const std::uint32_t begin = start_[row + static_cast<std::size_t>(c0)];
     const std::uint32_t end = start_[row + static_cast<std::size_t>(c1) + 1];
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t i = items_[k];
+    for (std::uint32_t k = begin; k < end; k += 4) {
       // Most candidates are too far off to be met at all.
-      const double fx = s.x0 - cells.x[i], fy = s.y0 - cells.y[i];
-      const double reach = length + cells.radius[i];
-      if (fx * fx + fy * fy > reach * reach) continue;
-      const double t = meeting(s, cells.x[i], cells.y[i], cells.radius[i]);
-      if (t < 0 || t > best_distance) continue;
-      if (t == best_distance && cells.rank[i] > cells.rank[static_cast<std::size_t>(best)])
-        continue;
-      best = static_cast<std::int32_t>(i);
-      best_distance = t;
+      constexpr FourMask lanes{0, 1, 2, 3};
+      Four x, y, radius;
+      read(&x_[k], x);
+      read(&y_[k], y);
+      read(&radius_[k], radius);
+      const Four fx = s.x0 - x, fy = s.y0 - y, reach = length + radius;
+      const FourMask far = (fx * fx + fy * fy > reach * reach) | (lanes >= std::int64_t{end - k});
+      if ((far[0] & far[1] & far[2] & far[3]) != 0) continue;
+      for (std::uint32_t lane = 0; lane < 4; ++lane) {
+        if (far[lane] != 0) continue;
+        const std::uint32_t i = items_[k + lane];
+        const double t = meeting(s, x[lane], y[lane], radius[lane]);
+        if (t < 0 || t > best_distance) continue;
+        if (t == best_distance && cells.rank[i] > cells.rank[static_cast<std::size_t>(best)])
+          continue;
+        best = static_cast<std::int32_t>(i);
+        best_distance = t;
+      }
     }
   }
   return best;

@@ -27,6 +27,7 @@ class HitFinder {
              std::span<std::int32_t> hits);
 
  private:
+  void mark_inhabited();
   [[nodiscard]] bool overlaps(const Segment& segment) const;
   [[nodiscard]] std::int32_t nearest(const CellStore& cells, const Segment& segment) const;
 
@@ -34,6 +35,8 @@ class HitFinder {
   double side_ = 1, widest_ = 0;
   std::int32_t columns_ = 0, rows_ = 0;
   std::vector<std::uint32_t> start_, items_, bin_, placed_, near_;
+  std::vector<double> x_, y_, radius_;            ///< of items, with room to read four at a time
+  std::vector<std::uint8_t> inhabited_, around_;  ///< bins of a row with cells; all near cells
 };
 
 }  // namespace somas::model

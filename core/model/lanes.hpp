@@ -1,4 +1,4 @@
-// Four doubles at a time, in one register where there is one so wide.
+// Several numbers at a time, in one register where there is one so wide.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,9 @@
 namespace somas::model {
 
 using Two = double __attribute__((vector_size(16)));
+using TwoMask = std::int64_t __attribute__((vector_size(16)));
 using Four = double __attribute__((vector_size(32)));
+using FourFloats = float __attribute__((vector_size(16)));
 using FourMask = std::int64_t __attribute__((vector_size(32)));
 
 inline bool any(const FourMask& mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }

@@ -10,8 +10,9 @@ namespace somas::model {
 
 namespace {
 
-// Extra reach of the pairs: larger means finding pairs less often and passing over more of them.
-constexpr double skin = 0.3;
+// Extra reach of the pairs, half of it for either cell: larger means finding pairs less often and
+// passing over more of them.
+constexpr double skin = 0.15;
 constexpr double coincident = 1e-12;
 
 /// A direction for two cells at the very same place, from their names, towards the first one.
@@ -28,7 +29,7 @@ std::pair<double, double> arbitrary_direction(const WorldState& world, std::uint
 /// How the first cells of four pairs lie and move to the second ones; (nx, ny) is the direction
 /// towards the first.
 struct Geometry {
-  Four nx, ny, vx, vy, square, distance, radii;
+  Four nx, ny, vx, vy, square, distance;
 };
 
 /// Reads pairs, four at a time.
@@ -59,22 +60,30 @@ class PairReader {
     const Four inverse = 1.0 / g.distance;
     g.nx = dx * inverse;
     g.ny = dy * inverse;
-    g.radii =
-        Four{first(p).radius, first(p + 1).radius, first(p + 2).radius, first(p + 3).radius} +
-        Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
   }
 
-  /// Stiffness, adhesion, range and contact.
-  void springs(std::size_t p, Four (&column)[4]) const {
+  /// What stays the same while the pairs and the radii do.
+  void constants(std::size_t p, PairConstants& constants) const {
+    // Stiffness, adhesion, range and contact.
+    Four spring[4];
     const Spring* common = table_.common();
     if (common == nullptr) {
-      read_columns(spring(p), spring(p + 1), spring(p + 2), spring(p + 3), column);
-      return;
+      read_columns(this->spring(p), this->spring(p + 1), this->spring(p + 2), this->spring(p + 3),
+                   spring);
+    } else {
+      spring[0] = common->stiffness + Four{};
+      spring[1] = common->adhesion + Four{};
+      spring[2] = common->range + Four{};
+      spring[3] = common->contact + Four{};
     }
-    column[0] = common->stiffness + Four{};
-    column[1] = common->adhesion + Four{};
-    column[2] = common->range + Four{};
-    column[3] = common->contact + Four{};
+    constants.radii =
+        Four{first(p).radius, first(p + 1).radius, first(p + 2).radius, first(p + 3).radius} +
+        Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
+    const Four reach = spring[2] * constants.radii;
+    constants.reach_square = reach * reach;
+    constants.stiffness = spring[0];
+    constants.adhesion = spring[1];
+    constants.contact = spring[3];
   }
 
   /// Calls visit(pair) for all pairs of which the first and second cell are at the same place.
@@ -104,14 +113,17 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
                           const ExternalForces& external) {
   CellStore& cells = world.cells;
   load(world);
+  if (pairs_.stale(bodies_, table_.range())) find_pairs(constants);
+  list_constants();  // radii and states may have changed
   for (std::uint32_t s = 0; s < constants.substeps; ++s) {
     if (external && s > 0) store(cells);
     if (external || s == 0) load_external(external);
-    find_pairs();
     substep(constants, world);
+    if (!pairs_.stale(bodies_, table_.range())) continue;
+    find_pairs(constants);
+    list_constants();
   }
   store(cells);
-  find_pairs();
   compute_stresses(world);
   sum_stresses(constants.pressure_scale, cells);
   list_contacts(world);
@@ -150,14 +162,22 @@ void MechanicsSolver::store(CellStore& cells) const {
   }
 }
 
-void MechanicsSolver::find_pairs() {
-  if (!pairs_.stale(bodies_, table_.range())) return;
-  pairs_.build(bodies_, table_.range(), skin);
+void MechanicsSolver::find_pairs(const Mechanics& constants) {
+  // Twice the way of the step, for those who are being pushed.
+  pairs_.build(bodies_, table_.range(), skin, 2.0 * constants.substeps * constants.time_step);
   const std::size_t room = pairs_.first().size() + 3;
-  if (touching_.size() >= room) return;
+  if (touching_first_.size() >= room) return;
   pair_force_.resize(2 * room);
   pair_stress_.resize(2 * room);
-  touching_.resize(2 * room);
+  touching_first_.resize(2 * room);
+  touching_second_.resize(2 * room);
+  pair_constants_.resize(2 * room / 4 + 1);
+}
+
+void MechanicsSolver::list_constants() {
+  const PairReader reader(pairs_, bodies_, table_);
+  for (std::size_t p = 0; p < pairs_.first().size(); p += 4)
+    reader.constants(p, pair_constants_[p / 4]);
 }
 
 void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
@@ -178,17 +198,15 @@ void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
   const PairReader reader(pairs_, bodies_, table_);
   FourMask together{};
   Geometry g;
-  Four spring[4];
   for (std::size_t p = 0; p < pairs_.first().size(); p += 4) {
+    const PairConstants& pair = pair_constants_[p / 4];
     reader.geometry(p, g);
-    reader.springs(p, spring);
-    const Four overlap = g.radii - g.distance;
-    const Four collision = overlap > 0 ? spring[0] * overlap : Four{};
-    const Four pull = spring[1] * (g.distance - 0.5 * g.radii);
+    const Four overlap = pair.radii - g.distance;
+    const Four collision = overlap > 0 ? pair.stiffness * overlap : Four{};
+    const Four pull = pair.adhesion * (g.distance - 0.5 * pair.radii);
     const Four approach = g.vx * g.nx + g.vy * g.ny;
-    const Four reach = spring[2] * g.radii;
     const Four total =
-        reach * reach - g.square > 0 ? collision - pull - damping * approach : Four{};
+        pair.reach_square - g.square > 0 ? collision - pull - damping * approach : Four{};
     write_interleaved(total * g.nx, total * g.ny, &pair_force_[p]);
     together |= g.distance <= coincident;
   }
@@ -231,27 +249,29 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
   const PairReader reader(pairs_, bodies_, table_);
   FourMask together{};
   Geometry g;
-  Four spring[4];
   std::size_t touching = 0;
+  const std::uint32_t* first = pairs_.first().data();
+  const std::uint32_t* second = pairs_.second().data();
   const std::size_t count = pairs_.first().size();
   for (std::size_t p = 0; p < count; p += 4) {
+    const PairConstants& pair = pair_constants_[p / 4];
     reader.geometry(p, g);
-    reader.springs(p, spring);
-    const Four overlap = g.radii - g.distance;
-    const Four collision = overlap > 0 ? spring[0] * overlap : Four{};
+    const Four overlap = pair.radii - g.distance;
+    const Four collision = overlap > 0 ? pair.stiffness * overlap : Four{};
     const Four along_x = collision * g.nx, along_y = collision * g.ny;
     const Four parts[4] = {collision, along_x * g.nx, along_x * g.ny, along_y * g.ny};
     transpose(parts, *reinterpret_cast<Four(*)[4]>(&pair_stress_[p]));
-    const Four reach = spring[2] * g.radii;
-    const FourMask contact = (reach * reach - g.square > 0) & (spring[3] > 0);
+    // The last four may go on past the end.
+    constexpr FourMask lanes{0, 1, 2, 3};
+    const FourMask contact = (pair.reach_square - g.square > 0) & (pair.contact > 0) &
+                             (lanes < static_cast<std::int64_t>(count - p));
     for (std::size_t k = 0; k < 4; ++k) {
-      touching_[touching] = static_cast<std::uint32_t>(p + k);
+      touching_first_[touching] = first[p + k];
+      touching_second_[touching] = second[p + k];
       touching -= static_cast<std::size_t>(contact[k]);
     }
     together |= g.distance <= coincident;
   }
-  // The last four may go on past the end.
-  while (touching > 0 && touching_[touching - 1] >= count) --touching;
   touching_count_ = touching;
   if (!any(together)) return;
 
@@ -283,26 +303,27 @@ void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
 }
 
 void MechanicsSolver::list_contacts(WorldState& world) {
-  const std::vector<std::uint32_t>& order = world.cells.order;
+  const std::vector<std::uint32_t>&order = world.cells.order, &rank = world.cells.rank;
   Contacts& contacts = world.contacts;
-  const std::span<const std::uint32_t> touching{touching_.data(), touching_count_};
   // Count, then place: pair after pair, so each cell's contacts come in canonical order.
-  contacts.start.assign(bodies_.size() + 1, 0);
-  for (const std::uint32_t p : touching) {
-    ++contacts.start[order[pairs_.first()[p]] + 1];
-    ++contacts.start[order[pairs_.second()[p]] + 1];
+  cursor_.assign(bodies_.size(), 0);
+  for (std::size_t t = 0; t < touching_count_; ++t) {
+    ++cursor_[touching_first_[t]];
+    ++cursor_[touching_second_[t]];
   }
-  for (std::size_t i = 1; i < contacts.start.size(); ++i)
-    contacts.start[i] += contacts.start[i - 1];
-  contacts.items.resize(2 * touching.size());
-  for (const std::uint32_t p : touching) {
-    const std::uint32_t a = order[pairs_.first()[p]], b = order[pairs_.second()[p]];
-    contacts.items[contacts.start[a]++] = b;
-    contacts.items[contacts.start[b]++] = a;
+  contacts.start.resize(bodies_.size() + 1);
+  std::uint32_t start = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    contacts.start[i] = start;
+    start += std::exchange(cursor_[rank[i]], start);
   }
-  for (std::size_t i = contacts.start.size() - 1; i > 0; --i)
-    contacts.start[i] = contacts.start[i - 1];
-  contacts.start[0] = 0;
+  contacts.start[bodies_.size()] = start;
+  contacts.items.resize(start);
+  for (std::size_t t = 0; t < touching_count_; ++t) {
+    const std::uint32_t a = touching_first_[t], b = touching_second_[t];
+    contacts.items[cursor_[a]++] = order[b];
+    contacts.items[cursor_[b]++] = order[a];
+  }
 }
 
 }  // namespace somas::model

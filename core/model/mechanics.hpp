@@ -17,6 +17,12 @@ namespace somas::model {
 /// Adds the environments' forces for the cells' present positions into fx, fy (zeroed).
 using ExternalForces = std::function<void(std::span<double> fx, std::span<double> fy)>;
 
+/// Of four pairs of cells while neither their radii nor their states change.
+struct PairConstants {
+  Four radii, reach_square;  ///< sum of the radii; distance of activation
+  Four stiffness, adhesion, contact;
+};
+
 class MechanicsSolver {
  public:
   explicit MechanicsSolver(Strangers strangers = {}) : table_(strangers) {}
@@ -25,14 +31,13 @@ class MechanicsSolver {
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   /// Motile cells crawl with forces found once, at the positions at the start.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
-  /// Cells were added, removed or reordered.
-  void invalidate() { pairs_.invalidate(); }
 
  private:
   void load(const WorldState& world);
   void store(CellStore& cells) const;
   void load_external(const ExternalForces& external);
-  void find_pairs();
+  void find_pairs(const Mechanics& constants);
+  void list_constants();
   void substep(const Mechanics& constants, const WorldState& world);
   void compute_forces(double damping, const WorldState& world);
   void sum_forces(double drag, const WorldState& world);
@@ -48,11 +53,14 @@ class MechanicsSolver {
   std::vector<Two> force_;
   std::vector<Four> sum_;                        ///< of collisions, and stress xx, xy, yy
   std::vector<double> external_x_, external_y_;  ///< in storage order
+  std::vector<PairConstants> pair_constants_;    ///< of four pairs each
   /// Of pairs, with room to a multiple of four: what the second cell does to the first.
   std::vector<Two> pair_force_;
-  std::vector<Four> pair_stress_;        ///< collision, and what it adds to stress xx, xy, yy
-  std::vector<std::uint32_t> touching_;  ///< pairs in contact: the first `touching_count_`
+  std::vector<Four> pair_stress_;  ///< collision, and what it adds to stress xx, xy, yy
+  /// Of pairs in contact, the first `touching_count_`: both places in canonical order.
+  std::vector<std::uint32_t> touching_first_, touching_second_;
   std::size_t touching_count_ = 0;
+  std::vector<std::uint32_t> cursor_;  ///< of each cell, in canonical order
 };
 
 /// Distance at which two resting cells of a state with radius r stay: both springs in balance,

@@ -117,6 +117,7 @@ void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
 
   // Offers to each contact, and what states say of giving and taking.
   offer_.assign(count, 0.0);
+  gift_.resize(count);
   efficiency_.resize(count);
   room_.resize(count);
   for (const CellRange& range : cells.ranges) {
@@ -128,6 +129,7 @@ void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
       const std::size_t receivers = contacts.of(i).size();
       if (receivers > 0)
         offer_[i] = share(wish[i]) * cells.ambrosia[i] / static_cast<double>(receivers);
+      gift_[i] = efficiency_[i] * offer_[i];
     }
   }
 
@@ -136,7 +138,7 @@ void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
   gain_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     double incoming = 0;
-    for (const std::uint32_t j : contacts.of(i)) incoming += efficiency_[j] * offer_[j];
+    for (const std::uint32_t j : contacts.of(i)) incoming += gift_[j];
     accepted_[i] = incoming > room_[i] ? room_[i] / incoming : 1.0;
     gain_[i] = incoming > room_[i] ? room_[i] : incoming;
   }

@@ -43,6 +43,7 @@ class MetabolismSolver {
   std::vector<double> square_demand_;
   std::vector<std::int64_t> squares_of_resource_;  // by resource, then cell
   std::vector<double> offer_;                      // by each cell to each of its contacts
+  std::vector<double> gift_;                       // what arrives of it
   std::vector<double> accepted_, gain_;  // share taken of what comes in, and how much that is
   std::vector<double> efficiency_, room_;
   Witness* witness_ = nullptr;

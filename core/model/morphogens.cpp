@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "core/model/lanes.hpp"
 
 namespace somas::model {
 
@@ -14,24 +17,40 @@ constexpr double sqrt_two = 1.4142135623730951;
 /// std::max by value: a select that vectorises.
 inline float greater(float a, float b) { return a > b ? a : b; }
 
+/// The squares of a block from the lower left, as seen from its middle.
+constexpr std::array<float, 9> across{-1, 0, 1, -1, 0, 1, -1, 0, 1};
+constexpr std::array<float, 9> up{-1, -1, -1, 0, 0, 0, 1, 1, 1};
+
+/// Where the weight of the k-th square stands in a footprint.
+constexpr std::size_t spot(std::size_t k) { return k / 3 * 4 + k % 3; }
+
+inline float inverse_distance(float dx, float dy) { return 1.0f / std::sqrt(dx * dx + dy * dy); }
+
 /// What a sweep multiplies by; none is negative, so scaling the greatest is scaling them all.
 struct Factors {
   float keep, straight, diagonal;
 };
 
-/// One row of a sweep. Pointers are to the first column; rows are padded on both sides.
-void sweep_row(const float* __restrict below, const float* __restrict row,
-               const float* __restrict above, float* __restrict out, std::ptrdiff_t count,
-               Factors by) {
+/// Some rows of a sweep at once, which share what they read. Pointers are to the first column of
+/// the first row; rows are `stride` apart and padded on both sides.
+template <std::ptrdiff_t Rows>
+void sweep_rows(const float* __restrict now, float* __restrict next, std::ptrdiff_t stride,
+                std::ptrdiff_t count, Factors by) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const float ns = greater(below[i], above[i]);
-    const float we = greater(row[i - 1], row[i + 1]);
-    const float low = greater(below[i - 1], below[i + 1]);
-    const float high = greater(above[i - 1], above[i + 1]);
-    const float offered = greater(greater(ns, we) * by.keep * by.straight,
-                                  greater(low, high) * by.keep * by.diagonal);
-    const float kept = greater(row[i] * by.keep, offered);
-    out[i] = kept < negligible ? 0.0f : kept;
+    float value[Rows + 2], beside[Rows + 2];  // from the row below to the row above
+    for (std::ptrdiff_t r = 0; r < Rows + 2; ++r) {
+      const float* at = now + (r - 1) * stride + i;
+      value[r] = at[0];
+      beside[r] = greater(at[-1], at[1]);
+    }
+    for (std::ptrdiff_t r = 0; r < Rows; ++r) {
+      const float straight = greater(greater(value[r], value[r + 2]), beside[r + 1]);
+      const float diagonal = greater(beside[r], beside[r + 2]);
+      const float offered =
+          greater(straight * by.keep * by.straight, diagonal * by.keep * by.diagonal);
+      const float kept = greater(value[r + 1] * by.keep, offered);
+      next[r * stride + i] = kept < negligible ? 0.0f : kept;
+    }
   }
 }
 
@@ -42,7 +61,7 @@ MorphogenFields::MorphogenFields(const MorphogenGrid& grid)
       stride_(grid.size + 2 * padding),
       side_(grid.side),
       low_(-0.5 * grid.side * grid.size),
-      now_(grid.kinds.size(), std::vector<float>(stride_ * stride_)),
+      now_(grid.kinds.size(), std::vector<float>(stride_ * stride_ + slack)),
       next_(now_),
       boxes_(grid.kinds.size()) {}
 
@@ -77,10 +96,16 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
   const Factors by{static_cast<float>(1.0 - morphogen.evaporation),
                    static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation)),
                    static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two))};
-  for (std::uint32_t row = box.bottom; row <= box.top; ++row) {
-    const float* middle = now.data() + index(box.left, row);
-    sweep_row(middle - stride_, middle, middle + stride_, next_[kind].data() + index(box.left, row),
-              std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1, by);
+  const std::ptrdiff_t count = std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1;
+  const auto stride = static_cast<std::ptrdiff_t>(stride_);
+  std::uint32_t row = box.bottom;
+  for (; row + 3 <= box.top; row += 4) {
+    const std::size_t first = index(box.left, row);
+    sweep_rows<4>(now.data() + first, next_[kind].data() + first, stride, count, by);
+  }
+  for (; row <= box.top; ++row) {
+    const std::size_t first = index(box.left, row);
+    sweep_rows<1>(now.data() + first, next_[kind].data() + first, stride, count, by);
   }
   now.swap(next_[kind]);
 }
@@ -97,15 +122,11 @@ Footprint MorphogenFields::footprint(double x, double y) const {
   const auto c = static_cast<std::int32_t>(column);
   const auto r = static_cast<std::int32_t>(row);
 
-  static constexpr std::array<float, 9> across{-1, 0, 1, -1, 0, 1, -1, 0, 1};
-  static constexpr std::array<float, 9> up{-1, -1, -1, 0, 0, 0, 1, 1, 1};
-  for (std::size_t k = 0; k < 9; ++k) {
-    const float dx = fx - across[k], dy = fy - up[k];
-    print.weight[k] = 1.0f / std::sqrt(dx * dx + dy * dy);
-  }
+  for (std::size_t k = 0; k < 9; ++k)
+    print.weight[spot(k)] = inverse_distance(fx - across[k], fy - up[k]);
   if (fx * fx + fy * fy < at_centre * at_centre) {
     print.weight = {};
-    print.weight[4] = 1.0f;
+    print.weight[spot(4)] = 1.0f;
   }
   // The block may hang over the edge: such squares do not count, and stay in the padding.
   const auto size = static_cast<std::int32_t>(size_);
@@ -113,12 +134,12 @@ Footprint MorphogenFields::footprint(double x, double y) const {
     for (int k = 0; k < 9; ++k) {
       const int cc = c + k % 3 - 1, rr = r + k / 3 - 1;
       if (cc < 0 || rr < 0 || cc >= size || rr >= size)
-        print.weight[static_cast<std::size_t>(k)] = 0;
+        print.weight[spot(static_cast<std::size_t>(k))] = 0;
     }
   }
-  for (const float w : print.weight) {
-    print.sum += w;
-    print.peak = std::max(print.peak, w);
+  for (std::size_t k = 0; k < 9; ++k) {
+    print.sum += print.weight[spot(k)];
+    print.peak = std::max(print.peak, print.weight[spot(k)]);
   }
   print.column = c;
   print.row = r;
@@ -127,10 +148,104 @@ Footprint MorphogenFields::footprint(double x, double y) const {
 
 float MorphogenFields::sense(std::size_t kind, const Footprint& at) const {
   if (at.sum == 0) return 0;
-  const float* values = now_[kind].data();
+  const float* values = now_[kind].data() + corner(at);
   float total = 0;
-  for (std::size_t k = 0; k < 9; ++k) total += values[square(at, k)] * at.weight[k];
+  for (std::size_t k = 0; k < 9; ++k) total += values[k / 3 * stride_ + k % 3] * at.weight[spot(k)];
   return total / at.sum;
+}
+
+/// Points side by side, each a lane: a lane sees the same operations in the same order whatever its
+/// place.
+struct MorphogenFields::Block {
+  static constexpr std::size_t width = 32;
+  std::size_t lanes = 0;  ///< in use; a multiple of eight, the last point repeated
+  double x[width], y[width];
+  std::int32_t column[width], row[width];  ///< of the middle square
+  std::int32_t corner[width];
+  float weight[9][width];
+  float sum[width], peak[width];
+};
+
+void MorphogenFields::survey(std::span<const double> x, std::span<const double> y,
+                             std::span<Footprint> prints, std::span<float* const> sensed) const {
+  Block block;
+  for (std::size_t begin = 0; begin < x.size(); begin += Block::width) {
+    const std::size_t count = std::min(Block::width, x.size() - begin);
+    block.lanes = (count + 7) / 8 * 8;
+    for (std::size_t l = 0; l < block.lanes; ++l) {
+      block.x[l] = x[begin + std::min(l, count - 1)];
+      block.y[l] = y[begin + std::min(l, count - 1)];
+    }
+    place(block);
+    for (std::size_t kind = 0; kind < sensed.size(); ++kind) {
+      float found[Block::width];
+      sense(kind, block, found);
+      std::copy_n(found, count, sensed[kind] + begin);
+    }
+    for (std::size_t l = 0; l < count; ++l) {
+      Footprint& print = prints[begin + l];
+      print.column = block.column[l];
+      print.row = block.row[l];
+      for (std::size_t k = 0; k < 9; ++k) print.weight[spot(k)] = block.weight[k][l];
+      print.sum = block.sum[l];
+      print.peak = block.peak[l];
+    }
+  }
+}
+
+void MorphogenFields::place(Block& block) const {
+  // As footprint() does it, for points whose block is on the grid and that are at no centre.
+  float fx[Block::width], fy[Block::width];
+  bool plain[Block::width];
+  const double last_inner = static_cast<double>(size_) - 2;
+  for (std::size_t l = 0; l < block.lanes; ++l) {
+    const double sides_x = (block.x[l] - low_) / side_, sides_y = (block.y[l] - low_) / side_;
+    const double column = std::floor(sides_x), row = std::floor(sides_y);
+    const bool inside = (column >= 1) & (column <= last_inner) & (row >= 1) & (row <= last_inner);
+    fx[l] = static_cast<float>(sides_x - (column + 0.5));
+    fy[l] = static_cast<float>(sides_y - (row + 0.5));
+    plain[l] = inside & !(fx[l] * fx[l] + fy[l] * fy[l] < at_centre * at_centre);
+    block.column[l] = static_cast<std::int32_t>(inside ? column : 1.0);
+    block.row[l] = static_cast<std::int32_t>(inside ? row : 1.0);
+  }
+  for (std::size_t k = 0; k < 9; ++k)
+    for (std::size_t l = 0; l < block.lanes; ++l)
+      block.weight[k][l] = inverse_distance(fx[l] - across[k], fy[l] - up[k]);
+  for (std::size_t l = 0; l < block.lanes; ++l) {
+    float sum = 0, peak = 0;
+    for (std::size_t k = 0; k < 9; ++k) {
+      sum += block.weight[k][l];
+      peak = greater(block.weight[k][l], peak);
+    }
+    block.sum[l] = sum;
+    block.peak[l] = peak;
+  }
+
+  // The others one by one.
+  for (std::size_t l = 0; l < block.lanes; ++l) {
+    if (plain[l]) continue;
+    const Footprint print = footprint(block.x[l], block.y[l]);
+    block.column[l] = print.column;
+    block.row[l] = print.row;
+    for (std::size_t k = 0; k < 9; ++k) block.weight[k][l] = print.weight[spot(k)];
+    block.sum[l] = print.sum;
+    block.peak[l] = print.peak;
+  }
+  const auto stride = static_cast<std::int32_t>(stride_);
+  for (std::size_t l = 0; l < block.lanes; ++l)
+    block.corner[l] = (block.row[l] + 1) * stride + block.column[l] + 1;
+}
+
+void MorphogenFields::sense(std::size_t kind, const Block& block, float* sensed) const {
+  const float* values = now_[kind].data();
+  const auto stride = static_cast<std::int32_t>(stride_);
+  for (std::size_t l = 0; l < block.lanes; ++l) {
+    float total = 0;
+    for (std::int32_t k = 0; k < 9; ++k)
+      total += values[block.corner[l] + k / 3 * stride + k % 3] * block.weight[k][l];
+    const float mean = total / block.sum[l];
+    sensed[l] = block.sum[l] == 0 ? 0.0f : mean;
+  }
 }
 
 Gradient MorphogenFields::gradient(std::size_t kind, double x, double y) const {
@@ -161,11 +276,17 @@ Gradient MorphogenFields::gradient(std::size_t kind, double x, double y) const {
 void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule) {
   if (at.sum == 0 || !(amount > 0)) return;
   const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
-  float* values = now_[kind].data();
-  for (std::size_t k = 0; k < 9; ++k) {
-    float& held = values[square(at, k)];
-    held = std::max(held, at.weight[k] * unit);
+  // Row by row. The square behind each has no weight, and keeps its value.
+  float* values = now_[kind].data() + corner(at);
+  for (std::size_t r = 0; r < 3; ++r) {
+    FourFloats held, weight;
+    std::memcpy(&held, values + r * stride_, sizeof held);
+    std::memcpy(&weight, &at.weight[4 * r], sizeof weight);
+    const FourFloats offered = weight * unit;
+    held = held < offered ? offered : held;
+    std::memcpy(values + r * stride_, &held, sizeof held);
   }
+
   const auto clip = [&](std::int32_t i) {
     return static_cast<std::uint32_t>(std::clamp(i, 0, static_cast<std::int32_t>(size_) - 1));
   };

@@ -14,7 +14,7 @@ namespace somas::model {
 /// weight 0. At a centre (nearer than 1e-6 sides) that square has all the weight.
 struct Footprint {
   std::int32_t column = 0, row = 0;  ///< of the block's middle square; may lie one off the grid
-  std::array<float, 9> weight{};     ///< row-major from the lower left, not normalised
+  std::array<float, 12> weight{};    ///< rows from the lower left, each followed by a 0
   float sum = 0, peak = 0;           ///< of the weights
 };
 
@@ -41,6 +41,10 @@ class MorphogenFields {
   [[nodiscard]] Footprint footprint(double x, double y) const;
   /// sum(C_i / d_i) / sum(1 / d_i) over the block; 0 off the grid.
   [[nodiscard]] float sense(std::size_t kind, const Footprint& at) const;
+  /// The same of many points at once, to the last bit: prints[i] is the footprint of (x[i], y[i]),
+  /// and sensed[kind][i] what is sensed there. All are as long.
+  void survey(std::span<const double> x, std::span<const double> y, std::span<Footprint> prints,
+              std::span<float* const> sensed) const;
   /// Slope of the plane that fits the squares of the 3x3 block round a point best (least squares):
   /// along x the mean over the rows of (right - left) / distance, along y likewise. Exact for a
   /// linear field. Squares off the grid do not count; 0 along an axis on which one square is left.
@@ -61,21 +65,26 @@ class MorphogenFields {
     return (static_cast<double>(i) + 0.5) * side_ + low_;
   }
   /// The padded storage of a kind, for hashing: a border of zeros round the grid.
-  [[nodiscard]] std::span<const float> raw(std::size_t kind) const { return now_[kind]; }
+  [[nodiscard]] std::span<const float> raw(std::size_t kind) const {
+    return {now_[kind].data(), stride_ * stride_};
+  }
 
  private:
   /// Zeros round the grid: a block whose middle lies one off it stays within the storage.
   static constexpr std::uint32_t padding = 2;
+  /// Room behind the storage: the three squares of a row are handled as four.
+  static constexpr std::size_t slack = 1;
+  struct Block;
 
   [[nodiscard]] std::size_t index(std::uint32_t column, std::uint32_t row) const {
     return static_cast<std::size_t>(row + padding) * stride_ + column + padding;
   }
-  /// Storage index of the k-th square of a block.
-  [[nodiscard]] std::size_t square(const Footprint& at, std::size_t k) const {
-    const auto column = static_cast<std::size_t>(at.column + 1) + k % 3;
-    const auto row = static_cast<std::size_t>(at.row + 1) + k / 3;
-    return row * stride_ + column;
+  /// Storage index of the lower left square of a block.
+  [[nodiscard]] std::size_t corner(const Footprint& at) const {
+    return static_cast<std::size_t>(at.row + 1) * stride_ + static_cast<std::size_t>(at.column + 1);
   }
+  void place(Block& block) const;
+  void sense(std::size_t kind, const Block& block, float* sensed) const;
   void touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom, std::uint32_t top,
              Box& box) const;
   void sweep(std::size_t kind, const Morphogen& morphogen);

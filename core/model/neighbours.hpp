@@ -16,15 +16,15 @@ struct alignas(64) Body {
   std::uint32_t kind;  ///< of springs
 };
 
-/// Two bodies interact at most when nearer than range x (r1 + r2). The pairs are all those within
-/// that reach plus `skin`, each once, the lower index first, in ascending order of both: with
-/// bodies in canonical order, results do not depend on when pairs were found.
+/// Two bodies interact at most when nearer than range x (r1 + r2). Each has a margin, half the
+/// `skin` and what it covers in `time` with its speed. The pairs are all those within that reach
+/// plus both margins, each once, the lower index first, in ascending order of both: with bodies in
+/// canonical order, results do not depend on when pairs were found.
 class NeighbourPairs {
  public:
-  void build(std::span<const Body> bodies, double range, double skin);
+  void build(std::span<const Body> bodies, double range, double skin, double time = 0);
   /// Whether a pair may have come within reach that was not found.
   [[nodiscard]] bool stale(std::span<const Body> bodies, double range) const;
-  void invalidate() { valid_ = false; }
 
   /// Members of all pairs: (first()[p], second()[p]). The memory goes on to a multiple of four
   /// pairs, repeating the last one.
@@ -34,13 +34,14 @@ class NeighbourPairs {
   [[nodiscard]] std::uint32_t start(std::uint32_t body) const { return start_[body]; }
 
  private:
+  /// A body as it was when pairs were found.
   struct Disc {
-    double x, y, radius;
+    double x, y, radius, margin;
   };
   struct Pair {
     std::uint32_t first, second;
   };
-  void sort_into_bins(std::span<const Body> bodies, double reach);
+  void sort_into_bins(double reach);
   void find();
   [[nodiscard]] std::uint32_t* collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
                                        std::uint32_t* near) const;
@@ -49,18 +50,18 @@ class NeighbourPairs {
   void pad();
 
   bool valid_ = false;
-  double skin_ = 0, range_ = 1;
+  double range_ = 1;
   std::size_t count_ = 0;
   std::vector<std::uint32_t> first_, second_, start_;
   std::vector<Pair> found_, sorted_;
   std::vector<std::uint32_t> by_second_, near_;
-  std::vector<Disc> built_;  ///< as they were
+  std::vector<Disc> built_;
   // The grid of bins: those of bin b are bin_items_[bin_start_[b]] .. bin_items_[bin_start_[b+1]],
   // with room to read four at a time.
   double left_ = 0, bottom_ = 0, bin_side_ = 1;
   std::uint32_t columns_ = 0, rows_ = 0;
   std::vector<std::uint32_t> bin_of_, bin_start_, bin_items_;
-  std::vector<double> bin_x_, bin_y_, bin_radius_;
+  std::vector<double> bin_x_, bin_y_, bin_extent_;  ///< extent: its part of the greatest distance
 };
 
 }  // namespace somas::model

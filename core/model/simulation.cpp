@@ -129,10 +129,13 @@ void Simulation::sense() {
     float* pressure = inputs_.row(in.pressure);
     float* energy = inputs_.row(in.energy);
     float* ambrosia = inputs_.row(in.ambrosia);
+    sensed_.clear();
+    for (std::uint32_t kind = 0; kind < kinds; ++kind)
+      sensed_.push_back(inputs_.row(kind) + range.begin);
+    organism.fields.survey(std::span(cells.x).subspan(range.begin, range.count()),
+                           std::span(cells.y).subspan(range.begin, range.count()),
+                           std::span(footprints_).subspan(range.begin, range.count()), sensed_);
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      footprints_[i] = organism.fields.footprint(cells.x[i], cells.y[i]);
-      for (std::uint32_t kind = 0; kind < kinds; ++kind)
-        inputs_.row(kind)[i] = organism.fields.sense(kind, footprints_[i]);
       pressure[i] = static_cast<float>(cells.pressure[i]);
       energy[i] = static_cast<float>(cells.energy[i]);
       ambrosia[i] = capacity > 0 ? static_cast<float>(cells.ambrosia[i] / capacity) : 0.0f;
@@ -206,10 +209,7 @@ void Simulation::deposit(std::uint32_t count) {
   }
 }
 
-void Simulation::reorganise() {
-  reorganiser_.run(state_.cells, {});
-  mechanics_.invalidate();
-}
+void Simulation::reorganise() { reorganiser_.run(state_.cells, {}); }
 
 void Simulation::restructured() {
   state_.cells.ranges.clear();  // nothing is known to be in order
@@ -257,7 +257,6 @@ void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
 
 void Simulation::remove(std::span<const std::uint8_t> marked) {
   reorganiser_.run(state_.cells, marked);
-  mechanics_.invalidate();
   state_.contacts.remap(reorganiser_.new_index());
 }
 

@@ -99,6 +99,7 @@ class Simulation {
   MechanicsSolver mechanics_;
   Reorganiser reorganiser_;
   std::vector<Footprint> footprints_;
+  std::vector<float*> sensed_;  ///< rows of inputs, by morphogen
   Witness* witness_ = nullptr;
 };
 

@@ -14,15 +14,23 @@ namespace somas::common {
 /// Appends numbers to genes; what they held before is dropped.
 class ByteWriter {
  public:
-  explicit ByteWriter(Genes& genes) : genes_(genes) { genes_.clear(); }
+  /// There will be `bytes` of them, or a few more.
+  explicit ByteWriter(Genes& genes, std::size_t bytes = 0) : genes_(genes) {
+    genes_.clear();
+    genes_.reserve(bytes);
+  }
 
-  void u32(std::uint32_t value) { append(value, 4); }
-  void u64(std::uint64_t value) { append(value, 8); }
+  void u32(std::uint32_t value) { append<4>(value); }
+  void u64(std::uint64_t value) { append<8>(value); }
   void number(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
 
  private:
-  void append(std::uint64_t value, int bytes) {
-    for (int i = 0; i < bytes; ++i) genes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  template <std::size_t Bytes>
+  void append(std::uint64_t value) {
+    const std::size_t at = genes_.size();
+    genes_.resize(at + Bytes);
+    for (std::size_t i = 0; i < Bytes; ++i)
+      genes_[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
   }
 
   Genes& genes_;
@@ -33,8 +41,8 @@ class ByteReader {
  public:
   explicit ByteReader(GenesView genes) : genes_(genes) {}
 
-  std::uint32_t u32() { return static_cast<std::uint32_t>(take(4)); }
-  std::uint64_t u64() { return take(8); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(take<4>()); }
+  std::uint64_t u64() { return take<8>(); }
   double number() { return std::bit_cast<double>(u64()); }
 
   /// Requires exactly `bytes` more. Asked before anything is allocated for a count that was read.
@@ -46,14 +54,15 @@ class ByteReader {
   }
 
  private:
-  std::uint64_t take(std::size_t bytes) {
-    if (genes_.size() - position_ < bytes)
+  template <std::size_t Bytes>
+  std::uint64_t take() {
+    if (genes_.size() - position_ < Bytes)
       throw std::runtime_error("the genes are truncated: they end after " +
                                std::to_string(genes_.size()) + " bytes");
     std::uint64_t value = 0;
-    for (std::size_t i = 0; i < bytes; ++i)
+    for (std::size_t i = 0; i < Bytes; ++i)
       value |= static_cast<std::uint64_t>(genes_[position_ + i]) << (8 * i);
-    position_ += bytes;
+    position_ += Bytes;
     return value;
   }
 

@@ -11,6 +11,7 @@ namespace somas::grn {
 namespace {
 
 constexpr std::uint32_t signature = 0x314E5247;  // "GRN1"
+constexpr std::uint64_t header_bytes = 4 * 4 + 2 * 8;
 constexpr std::uint64_t protein_bytes = 3 * 8;
 constexpr std::uint64_t port_protein_bytes = 8 + protein_bytes;
 
@@ -37,6 +38,8 @@ Protein get_protein(common::ByteReader& in) {
 
 PortProteins get_ports(common::ByteReader& in, std::uint32_t count) {
   PortProteins ports;
+  ports.keys.reserve(count);
+  ports.proteins.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     ports.keys.push_back(in.u64());
     ports.proteins.push_back(get_protein(in));
@@ -97,7 +100,10 @@ PortProteins read_ports(const JsonReader& in) {
 }  // namespace
 
 void encode(const Network& network, Genes& genes) {
-  common::ByteWriter out(genes);
+  common::ByteWriter out(
+      genes, header_bytes +
+                 port_protein_bytes * (network.inputs.keys.size() + network.outputs.keys.size()) +
+                 protein_bytes * network.regulators.size());
   out.u32(signature);
   out.u32(static_cast<std::uint32_t>(network.inputs.keys.size()));
   out.u32(static_cast<std::uint32_t>(network.outputs.keys.size()));
@@ -124,6 +130,7 @@ Network decode(GenesView genes) {
   network.delta = in.number();
   network.inputs = get_ports(in, inputs);
   network.outputs = get_ports(in, outputs);
+  network.regulators.reserve(regulators);
   for (std::uint32_t i = 0; i < regulators; ++i) network.regulators.push_back(get_protein(in));
   require_well_formed(network);
   return network;

@@ -76,43 +76,76 @@ std::vector<Port> inputs_of(const Layout& layout, std::size_t state) {
 }
 
 // ---- one step ----------------------------------------------------------------------------------
-// Plain loops over lanes that any compiler vectorises. A lane sees the same operations in the same
-// order whatever its place, so neither the vector width nor the batch reaches the result.
+// Cells are lanes, and a lane sees the same operations in the same order whatever its place:
+// neither the vector width nor the batch reaches the result.
 
 constexpr std::uint32_t width = 64;  // cells of a block
 constexpr std::uint32_t most_sources = most_input_channels + most_regulators;
 
-// sums_k += weights[j][k] * sources[j] for the two targets k and `Count` sources j, in ascending j.
-template <std::uint32_t Count>
-inline void add_products(const float* weights, const float (*sources)[width], std::uint32_t lanes,
-                         float* __restrict sums_0, float* __restrict sums_1) {
-  for (std::uint32_t l = 0; l < lanes; ++l) {
-    float sum_0 = sums_0[l];
-    float sum_1 = sums_1[l];
-    for (std::uint32_t j = 0; j < Count; ++j) {
-      sum_0 += weights[2 * j] * sources[j][l];
-      sum_1 += weights[2 * j + 1] * sources[j][l];
+// A tile of sums stays in registers: so many targets, and two vectors of cells.
+constexpr std::uint32_t tile_targets = 4;
+using Lanes = float __attribute__((vector_size(32), aligned(alignof(float)), may_alias));
+constexpr std::uint32_t vector_cells = sizeof(Lanes) / sizeof(float);
+constexpr std::uint32_t tile_cells = 2 * vector_cells;
+
+inline const Lanes& lanes_at(const float& first) { return reinterpret_cast<const Lanes&>(first); }
+inline Lanes clamped(const Lanes& c) {
+  const Lanes zero{}, one = zero + 1.0f;
+  return c < zero ? zero : (c > one ? one : c);
+}
+inline Lanes& lanes_at(float& first) { return reinterpret_cast<Lanes&>(first); }
+
+// What a tile reads and writes, row by row `stride` apart, from its first cell on.
+struct TileRows {
+  float* memory;
+  std::size_t memory_stride;
+  float* out;
+  std::size_t out_stride;
+};
+
+// c_k += weights[j][k] * sources[j] for the first `Present` targets of a tile and all sources, in
+// ascending j. The first `outputs` of them are reported, before the clamp to [0, 1].
+template <std::uint32_t Present>
+inline void step_tile(const float* weights, const float (*sources)[width], std::uint32_t count,
+                      std::uint32_t l, std::uint32_t outputs, const TileRows& rows) {
+  Lanes low[Present], high[Present];
+  for (std::uint32_t k = 0; k < Present; ++k) {
+    low[k] = lanes_at(rows.memory[k * rows.memory_stride]);
+    high[k] = lanes_at(rows.memory[k * rows.memory_stride + vector_cells]);
+  }
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const Lanes source_low = lanes_at(sources[j][l]);
+    const Lanes source_high = lanes_at(sources[j][l + vector_cells]);
+    for (std::uint32_t k = 0; k < Present; ++k) {
+      const float weight = weights[tile_targets * j + k];
+      low[k] += weight * source_low;
+      high[k] += weight * source_high;
     }
-    sums_0[l] = sum_0;
-    sums_1[l] = sum_1;
+  }
+  for (std::uint32_t k = 0; k < Present; ++k) {
+    if (k < outputs) {
+      lanes_at(rows.out[k * rows.out_stride]) = low[k];
+      lanes_at(rows.out[k * rows.out_stride + vector_cells]) = high[k];
+    }
+    lanes_at(rows.memory[k * rows.memory_stride]) = clamped(low[k]);
+    lanes_at(rows.memory[k * rows.memory_stride + vector_cells]) = clamped(high[k]);
   }
 }
 
-inline void add_products(std::uint32_t count, const float* weights, const float (*sources)[width],
-                         std::uint32_t lanes, float* sums_0, float* sums_1) {
-  switch (count) {
-    case 4:
-      return add_products<4>(weights, sources, lanes, sums_0, sums_1);
-    case 3:
-      return add_products<3>(weights, sources, lanes, sums_0, sums_1);
+inline void step_tile(std::uint32_t present, const float* weights, const float (*sources)[width],
+                      std::uint32_t count, std::uint32_t l, std::uint32_t outputs,
+                      const TileRows& rows) {
+  switch (present) {
+    case 1:
+      return step_tile<1>(weights, sources, count, l, outputs, rows);
     case 2:
-      return add_products<2>(weights, sources, lanes, sums_0, sums_1);
+      return step_tile<2>(weights, sources, count, l, outputs, rows);
+    case 3:
+      return step_tile<3>(weights, sources, count, l, outputs, rows);
     default:
-      return add_products<1>(weights, sources, lanes, sums_0, sums_1);
+      return step_tile<4>(weights, sources, count, l, outputs, rows);
   }
 }
-
-inline float clamped(float c) { return c < 0.0f ? 0.0f : (c > 1.0f ? 1.0f : c); }
 
 template <class T>
 inline T* row(const Matrix<T>& matrix, std::uint32_t channel, std::uint32_t first) {
@@ -137,7 +170,7 @@ class NetworkProgram final : public Program {
     for (std::size_t state = 0; state < layout.states.size(); ++state) {
       std::vector<Protein> sources = by_channel(network.inputs, inputs_of(layout, state), inputs_);
       sources.insert(sources.end(), network.regulators.begin(), network.regulators.end());
-      append_pairs(weights, targets, sources);
+      append_tiles(weights, targets, sources);
     }
   }
 
@@ -151,50 +184,61 @@ class NetworkProgram final : public Program {
  private:
   [[nodiscard]] std::uint32_t targets() const { return outputs_ + regulators_; }
   [[nodiscard]] std::uint32_t sources() const { return inputs_ + regulators_; }
+  [[nodiscard]] std::uint32_t tiles() const {
+    return (targets() + tile_targets - 1) / tile_targets;
+  }
   [[nodiscard]] std::size_t weights_per_state() const {
-    return std::size_t{targets() + targets() % 2} * sources();
+    return std::size_t{tiles()} * tile_targets * sources();
   }
 
-  // Pairs of targets one after the other, in each the two weights of a source side by side. An odd
-  // last target is paired with one that nothing regulates.
-  void append_pairs(const Weights& weights, std::span<const Protein> targets,
+  // Tile after tile, in each the weights of a source side by side. The last one is filled up with
+  // targets that nothing regulates.
+  void append_tiles(const Weights& weights, std::span<const Protein> targets,
                     std::span<const Protein> sources) {
-    for (std::size_t i = 0; i < targets.size(); i += 2)
-      for (const Protein& source : sources) {
-        weights_.push_back(weights(targets[i], source));
-        weights_.push_back(i + 1 < targets.size() ? weights(targets[i + 1], source) : 0.0f);
-      }
+    for (std::size_t i = 0; i < targets.size(); i += tile_targets)
+      for (const Protein& source : sources)
+        for (std::size_t k = i; k < i + tile_targets; ++k)
+          weights_.push_back(k < targets.size() ? weights(targets[k], source) : 0.0f);
   }
 
   void step_block(const Batch& batch, std::uint32_t first, std::uint32_t count) const {
     // Only regulators are both read and written: this copy is their old generation.
     float old[most_sources][width];
-    const std::uint32_t padded = (count + 7) / 8 * 8;
+    const std::uint32_t padded = (count + tile_cells - 1) / tile_cells * tile_cells;
     for (std::uint32_t c = 0; c < inputs_; ++c)
       load(row(batch.in, c, first), count, padded, old[c]);
     for (std::uint32_t r = 0; r < regulators_; ++r)
       load(row(batch.memory, outputs_ + r, first), count, padded, old[inputs_ + r]);
 
     const float* weights = weights_.data() + batch.state * weights_per_state();
-    for (std::uint32_t i = 0; i < targets(); i += 2) {
-      const bool both = i + 1 < targets();
-      float c[2][width];
-      load(row(batch.memory, i, first), count, padded, c[0]);
-      load(row(batch.memory, both ? i + 1 : i, first), count, padded, c[1]);
-      for (std::uint32_t j = 0; j < sources(); j += 4)
-        add_products(std::min(sources() - j, 4u), weights + 2 * j, old + j, padded, c[0], c[1]);
-      finish(batch, i, first, count, c[0]);
-      if (both) finish(batch, i + 1, first, count, c[1]);
-      weights += 2 * sources();
+    for (std::uint32_t i = 0; i < targets(); i += tile_targets) {
+      for (std::uint32_t l = 0; l < padded; l += tile_cells)
+        step_cells(batch, weights, old, i, first, l, std::min(count - l, tile_cells));
+      weights += tile_targets * sources();
     }
   }
 
-  // Outputs are reported before the clamp.
-  void finish(const Batch& batch, std::uint32_t target, std::uint32_t first, std::uint32_t count,
-              const float* c) const {
-    if (target < outputs_) std::copy_n(c, count, row(batch.out, target, first));
-    float* __restrict const memory = row(batch.memory, target, first);
-    for (std::uint32_t l = 0; l < count; ++l) memory[l] = clamped(c[l]);
+  // Of the targets from `i` on, for `count` cells from `first` + `l` on.
+  void step_cells(const Batch& batch, const float* weights, const float (*old)[width],
+                  std::uint32_t i, std::uint32_t first, std::uint32_t l,
+                  std::uint32_t count) const {
+    const std::uint32_t present = std::min(targets() - i, tile_targets);
+    const std::uint32_t outputs = std::min(outputs_ - std::min(i, outputs_), present);
+    float* memory = row(batch.memory, i, first + l);
+    float* out = outputs > 0 ? row(batch.out, i, first + l) : nullptr;
+    if (count == tile_cells)
+      return step_tile(present, weights, old, sources(), l, outputs,
+                       {memory, batch.memory.stride, out, batch.out.stride});
+    // What lies beyond the batch is others': work on a copy.
+    float c[tile_targets][tile_cells], reported[tile_targets][tile_cells];
+    for (std::uint32_t k = 0; k < present; ++k)
+      load(memory + k * batch.memory.stride, count, tile_cells, c[k]);
+    step_tile(present, weights, old, sources(), l, outputs,
+              {c[0], tile_cells, reported[0], tile_cells});
+    for (std::uint32_t k = 0; k < present; ++k)
+      std::copy_n(c[k], count, memory + k * batch.memory.stride);
+    for (std::uint32_t k = 0; k < outputs; ++k)
+      std::copy_n(reported[k], count, out + k * batch.out.stride);
   }
 
   std::uint32_t inputs_;

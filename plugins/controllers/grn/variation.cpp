@@ -30,6 +30,7 @@ Protein random_protein(Rng& rng) {
 PortProteins proteins_for(std::span<const Port> ports, const common::Places& places,
                           const PortProteins& known, Rng& rng) {
   PortProteins result{common::sorted_keys(ports), {}};
+  result.proteins.reserve(places.size());
   for (const auto& at : places)
     result.proteins.push_back(at ? known.proteins[*at] : random_protein(rng));
   return result;
@@ -114,7 +115,9 @@ std::vector<Pair> paired(const std::vector<Protein>& first, const std::vector<Pr
 // All ports that either parent has, 50/50 where both have them.
 PortProteins cross_ports(const PortProteins& first, const PortProteins& second, Rng& rng) {
   PortProteins all;
+  all.keys.reserve(std::max(first.keys.size(), second.keys.size()));
   std::ranges::set_union(first.keys, second.keys, std::back_inserter(all.keys));
+  all.proteins.reserve(all.keys.size());
   for (const std::uint64_t key : all.keys) {
     const auto here = common::find_key(first.keys, key), there = common::find_key(second.keys, key);
     const bool from_second = here && there ? rng.chance(0.5) : there.has_value();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "somas/sdk/math.hpp"
@@ -19,6 +20,7 @@ struct ParticleAggression::Particles {
 namespace {
 
 constexpr double most_particles = 1e7;
+constexpr std::size_t most_paths = 128;  // of a block
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
 }  // namespace
@@ -106,44 +108,62 @@ void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
   // A block at a time, so that its paths are still near when the hits are known.
-  constexpr std::size_t most = 128;
-  std::array<Segment, most> paths;
-  std::array<std::int32_t, most> hits;
+  std::array<Segment, most_paths> paths;
+  std::array<std::int32_t, most_paths> hits;
   std::size_t kept = 0;
-  for (std::size_t begin = 0; begin < table.rows(); begin += most) {
-    const std::size_t count = std::min(most, table.rows() - begin);
+  for (std::size_t begin = 0; begin < table.rows(); begin += most_paths) {
+    const std::size_t count = std::min(most_paths, table.rows() - begin);
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = begin + k;
       paths[k] = {p.x[i], p.y[i], p.x[i] + p.vx[i], p.y[i] + p.vy[i]};
     }
     world.first_hit(std::span(paths).first(count), std::span(hits).first(count));
-    kept = settle(world, p, begin, kept, std::span(paths).first(count), hits);
+    kept = settle(world, p, begin, kept, std::span(hits).first(count));
   }
   table.resize(static_cast<std::uint32_t>(kept));
 }
 
-/// Particles from `begin` on have flown along `paths`: they strike, and who is neither spent nor
+/// Particles from `begin` on fly, one for each of `hits`: they strike, and who is neither spent nor
 /// gone past the far side closes the ranks behind the `kept` ones, in order. Returns how many are.
 std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
-                                       std::size_t kept, std::span<const Segment> paths,
-                                       std::span<const std::int32_t> hits) const {
+                                       std::size_t kept, std::span<const std::int32_t> hits) const {
+  // Few leave: mark them all side by side, then look for marks eight at a time.
   const double limit = spawn_radius_ * spawn_radius_;
-  for (std::size_t k = 0; k < paths.size(); ++k) {
-    const std::size_t i = begin + k;
-    if (hits[k] >= 0) {
-      world.strike(static_cast<std::uint32_t>(hits[k]), hazard_, p.energy[i]);
-      continue;
-    }
-    const double x = paths[k].x1;
-    const double y = paths[k].y1;
-    const bool beyond = x * x + y * y > limit;
-    if (beyond && x * p.vx[i] + y * p.vy[i] > 0) continue;
-    p.x[kept] = x;
-    p.y[kept] = y;
-    p.vx[kept] = p.vx[i];
-    p.vy[kept] = p.vy[i];
-    p.energy[kept] = p.energy[i];
-    ++kept;
+  std::array<double, most_paths> x, y;
+  alignas(8) std::array<std::uint8_t, most_paths> leaves{};
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    x[k] = p.x[begin + k] + p.vx[begin + k];
+    y[k] = p.y[begin + k] + p.vy[begin + k];
+    const bool beyond = x[k] * x[k] + y[k] * y[k] > limit;
+    const bool outwards = x[k] * p.vx[begin + k] + y[k] * p.vy[begin + k] > 0;
+    leaves[k] = (hits[k] >= 0) | (beyond & outwards);
+  }
+  std::array<std::uint32_t, most_paths + 1> leaving;
+  std::size_t left = 0;
+  for (std::size_t k = 0; k < hits.size(); k += 8) {
+    std::uint64_t marks;
+    std::memcpy(&marks, &leaves[k], sizeof marks);
+    for (std::size_t n = k; marks != 0 && n < k + 8; ++n)
+      if (leaves[n] != 0) leaving[left++] = static_cast<std::uint32_t>(n);
+  }
+  for (std::size_t n = 0; n < left; ++n) {
+    const std::uint32_t k = leaving[n];
+    if (hits[k] >= 0)
+      world.strike(static_cast<std::uint32_t>(hits[k]), hazard_, p.energy[begin + k]);
+  }
+
+  // The runs between them move up.
+  leaving[left] = static_cast<std::uint32_t>(hits.size());
+  std::size_t from = 0;
+  for (std::size_t n = 0; n <= left; ++n) {
+    const std::size_t to = leaving[n];
+    std::copy_n(x.begin() + from, to - from, p.x.begin() + kept);
+    std::copy_n(y.begin() + from, to - from, p.y.begin() + kept);
+    for (const std::span<double> column : {p.vx, p.vy, p.energy})
+      if (kept != begin + from)
+        std::copy_n(column.begin() + begin + from, to - from, column.begin() + kept);
+    kept += to - from;
+    from = to + 1;
   }
   return kept;
 }

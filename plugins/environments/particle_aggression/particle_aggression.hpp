@@ -75,7 +75,7 @@ class ParticleAggression final : public Environment {
   void launch(const Particles& p, std::size_t i, Rng rng) const;
   void fly(World& world) const;
   std::size_t settle(World& world, const Particles& p, std::size_t begin, std::size_t kept,
-                     std::span<const Segment> paths, std::span<const std::int32_t> hits) const;
+                     std::span<const std::int32_t> hits) const;
 
   Parameters parameters_;
   double spawn_radius_ = 0;

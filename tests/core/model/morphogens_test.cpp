@@ -336,6 +336,39 @@ TEST(MorphogenSensing, LeavesOffGridCentresOutAtEdgesAndCorners) {
     }
 }
 
+TEST(MorphogenSensing, OfManyPointsIsThatOfEachAlone) {
+  Dice dice(31);
+  for (int trial = 0; trial < 60; ++trial) {
+    const int size = 5 + static_cast<int>(dice.below(30));
+    const MorphogenGrid grid = grid_of(u(size), 0.1, 0.1, 2);
+    MorphogenFields fields(grid);
+    load(fields, random_field(size, 1, dice));
+    // Inside, over the edges, at centres, off the grid, nowhere.
+    std::vector<double> x, y;
+    for (std::size_t i = 0, count = dice.below(100); i < count; ++i) {
+      const double half = size + 4.0;
+      x.push_back(dice.uniform(-half, half));
+      y.push_back(dice.uniform(-half, half));
+      if (dice.below(10) == 0) x.back() = fields.centre(u(size) / 2), y.back() = fields.centre(1);
+      if (dice.below(30) == 0) x.back() = std::nan("");
+      if (dice.below(30) == 0) y.back() = -std::numeric_limits<double>::infinity();
+    }
+    std::vector<Footprint> prints(x.size());
+    std::vector<float> sensed(x.size());
+    float* const rows[] = {sensed.data()};
+    fields.survey(x, y, prints, rows);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Footprint alone = fields.footprint(x[i], y[i]);
+      EXPECT_EQ(prints[i].weight, alone.weight) << x[i] << ' ' << y[i];
+      EXPECT_EQ(prints[i].column, alone.column);
+      EXPECT_EQ(prints[i].row, alone.row);
+      EXPECT_EQ(prints[i].sum, alone.sum);
+      EXPECT_EQ(prints[i].peak, alone.peak);
+      EXPECT_EQ(sensed[i], fields.sense(0, alone)) << x[i] << ' ' << y[i];
+    }
+  }
+}
+
 TEST(MorphogenGradient, OfALinearFieldIsExactEverywhereOnTheGrid) {
   Dice dice(8);
   for (int trial = 0; trial < 400; ++trial) {
