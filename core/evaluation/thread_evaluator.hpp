@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/evaluation/evaluator.hpp"
+#include "core/model/profile.hpp"
 
 namespace somas::evaluation {
 
@@ -12,8 +13,10 @@ namespace somas::evaluation {
 /// threads never reaches the results. The calling thread only waits and hands on what is finished.
 class ThreadEvaluator final : public Evaluator {
  public:
-  /// `ecosystem` must outlive this. threads = 0: one per processor.
-  ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads);
+  /// `ecosystem` must outlive this. threads = 0: one per processor. `profile`: as of
+  /// thread_backend.
+  ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
+                  model::Profile* profile = nullptr);
 
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
@@ -23,6 +26,7 @@ class ThreadEvaluator final : public Evaluator {
  private:
   const model::Ecosystem& ecosystem_;
   unsigned threads_;
+  model::Profile* profile_;
 };
 
 }  // namespace somas::evaluation
