@@ -5,6 +5,7 @@
 #include "somas/sdk/rng.hpp"
 
 #include "bench/subject.hpp"
+#include "core/evolution/ranking.hpp"
 #include "core/evolution/reproduction.hpp"
 
 namespace somas::bench {
@@ -42,10 +43,18 @@ void reproduction(benchmark::State& state) {
       assign_random_fitness(population, generation);
     }
 
+    // With an evaluation that costs nothing: all that evolution adds to a generation in memory.
     for (auto _ : state) {
-      const auto children = evolution::next(settings, heredity, population, 1, drift + 1);
-      benchmark::DoNotOptimize(children.data());
+      auto children = evolution::next(settings, heredity, population, 1, drift + 1);
+      assign_random_fitness(children, drift + 1);
+      benchmark::DoNotOptimize(evolution::statistics(children).best);
     }
+    double bytes = 0;
+    for (const evolution::Individual& i : population)
+      bytes += static_cast<double>(
+          sizeof i + i.genome.controller.capacity() + i.genome.tree.capacity() +
+          i.parents.capacity() * sizeof(std::uint64_t) + i.trials.capacity() * sizeof(double));
+    state.counters["bytes/individual"] = bytes / static_cast<double>(population.size());
     state.counters["time/child"] = time_per(state, static_cast<double>(settings.population));
   });
 }

@@ -47,16 +47,17 @@ void morphogen_cells(benchmark::State& state) {
     Body body(cells_of(state));
     const model::CellStore& cells = body.state().cells;
     model::MorphogenFields& fields = body.state().organisms.front().fields;
+    model::FloatMatrix sensed;
+    sensed.reshape(static_cast<std::uint32_t>(fields.kinds()), cells.size());
+    std::vector<float*> rows;
+    for (std::uint32_t kind = 0; kind < fields.kinds(); ++kind) rows.push_back(sensed.row(kind));
+    std::vector<model::Footprint> prints(cells.size());
     for (auto _ : state) {
-      float total = 0;
-      for (std::uint32_t i = 0; i < cells.size(); ++i) {
-        const model::Footprint at = fields.footprint(cells.x[i], cells.y[i]);
-        for (std::size_t kind = 0; kind < fields.kinds(); ++kind) {
-          total += fields.sense(kind, at);
+      fields.survey(cells.x, cells.y, prints, rows);
+      for (const model::Footprint& at : prints)
+        for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
           fields.deposit(kind, at, 0.5f, model::Deposit::peak);
-        }
-      }
-      benchmark::DoNotOptimize(total);
+      benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
   });
@@ -162,6 +163,47 @@ void controller_step(benchmark::State& state) {
   });
 }
 BENCHMARK(controller_step)->ArgName("cells")->Arg(250)->MeasureProcessCPUTime();
+
+// A network of 52 proteins, 20 of them regulators, with all 21 inputs active: the size at which
+// grgen is measured. One step of it in one batch, through the plugin.
+void controller_step_52_proteins(benchmark::State& state) {
+  measure(state, [&] {
+    constexpr std::uint32_t inputs = 21, outputs = 11, regulators = 20;
+    const experiment::Experiment experiment =
+        experiment_1({"controller.initial_regulators=" + std::to_string(regulators)});
+    const std::vector<StateInfo> states{{"all", 1, no_state}};
+    std::vector<Port> in, out;
+    for (std::uint32_t c = 0; c < inputs; ++c) in.push_back({"in", 100 + c, c, 0});
+    for (std::uint32_t c = 0; c < outputs; ++c) out.push_back({"out", 200 + c, c, no_state});
+    const Layout layout{states, in, out, inputs};
+    Genes genes;
+    Rng rng(1, 0, 0, stable_key("bench.network"), 0);
+    const Controller& controller = experiment.ecosystem->controller();
+    controller.heritable().random(layout, rng, genes);
+    const std::unique_ptr<Program> program = controller.express(genes, layout);
+
+    const std::uint32_t targets = program->memory_per_cell(), cells = cells_of(state);
+    const model::FloatMatrix given = noise(inputs, cells);
+    model::FloatMatrix memory = noise(targets, cells), results = noise(outputs, cells);
+    const Batch batch{.count = cells,
+                      .in = given.lanes(0, cells, inputs),
+                      .memory = memory.lanes(0, cells, targets),
+                      .out = results.lanes(0, cells, outputs)};
+    for (auto _ : state) {
+      program->step(batch);
+      benchmark::ClobberMemory();
+    }
+    state.counters["time/step"] = time_per(state, cells);
+    state.counters["steps"] = per_second(state, cells);
+    state.counters["flops"] =
+        per_second(state, 2.0 * cells * targets * (inputs + targets - outputs));
+  });
+}
+BENCHMARK(controller_step_52_proteins)
+    ->ArgName("cells")
+    ->Arg(64)
+    ->Arg(1000)
+    ->MeasureProcessCPUTime();
 
 // ---- aggression --------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@
 
 #include "core/evaluation/evaluator.hpp"
 #include "core/experiment/experiment.hpp"
+#include "core/model/profile.hpp"
 
 namespace somas::evaluation {
 
@@ -25,7 +26,9 @@ class Backend {
 };
 
 /// Threads of this process: nothing protects it from plugins that crash. workers = 0: one per
-/// processor.
-[[nodiscard]] std::unique_ptr<Backend> thread_backend(unsigned workers = 0);
+/// processor. What all simulations take is added to `profile`, which may be null and is complete
+/// between two evaluations.
+[[nodiscard]] std::unique_ptr<Backend> thread_backend(unsigned workers = 0,
+                                                      model::Profile* profile = nullptr);
 
 }  // namespace somas::evaluation

@@ -45,6 +45,12 @@ bool run(model::Simulation& simulation, StopToken stop, const StepObserver& obse
   return true;
 }
 
+double cell_steps_of(const model::Simulation& simulation) {
+  double sum = 0;
+  for (const Outcome& outcome : simulation.outcomes()) sum += outcome.cell_steps;
+  return sum;
+}
+
 Result failed(const Task& task, Failure failure) {
   Result result;
   result.rows.resize(task.roster.size());
@@ -76,9 +82,10 @@ Failure failure_of(const model::PluginFailure& error) {
 
 }  // namespace
 
-std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& task, StopToken stop) {
+std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
+                              model::Profile* profile) {
   try {
-    return simulate(ecosystem, task, stop);
+    return simulate(ecosystem, task, stop, {}, nullptr, profile);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const model::PluginFailure& error) {
@@ -90,7 +97,8 @@ std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& tas
 }
 
 std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
-                               const StepObserver& observe, model::Witness* witness) {
+                               const StepObserver& observe, model::Witness* witness,
+                               model::Profile* profile) {
   std::vector<model::Phenotype> phenotypes;
   phenotypes.reserve(task.roster.size());
   std::vector<model::RosterEntry> roster;
@@ -101,6 +109,10 @@ std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& ta
 
   model::Simulation simulation(ecosystem, roster, task.seed);
   simulation.tell(witness);
+  simulation.measure(profile);
+  const model::Stopwatch watch(profile, [&](model::Profile& of, model::Profile::Duration time) {
+    of.add_life(time, simulation.steps_done(), cell_steps_of(simulation));
+  });
   return complete(simulation, stop, observe);
 }
 

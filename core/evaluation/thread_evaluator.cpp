@@ -21,18 +21,20 @@ namespace {
 /// What the workers of one call share.
 struct Batch {
   Batch(const model::Ecosystem& the_ecosystem, std::span<const Task> the_tasks, StopToken the_stop,
-        ThreadEvaluator::Turnstile* the_turnstile)
+        ThreadEvaluator::Turnstile* the_turnstile, model::Profile* the_profile)
       : ecosystem(the_ecosystem),
         tasks(the_tasks),
         stop(the_stop),
         turnstile(the_turnstile),
+        profile(the_profile),
         order(longest_first(the_tasks)),
         results(the_tasks.size()) {}
 
   const model::Ecosystem& ecosystem;
   std::span<const Task> tasks;
   StopToken stop;
-  ThreadEvaluator::Turnstile* turnstile;  ///< may be none
+  ThreadEvaluator::Turnstile* turnstile;  ///< may be null
+  model::Profile* profile;                ///< may be null
   std::vector<std::size_t> order;
   std::vector<Result> results;
   std::atomic<std::size_t> next{0};
@@ -47,10 +49,11 @@ struct Batch {
 };
 
 // A task that fails is tried again, as everywhere; here in the same process, for want of another.
-std::optional<Result> evaluate_patiently(const Batch& batch, const Task& task) {
+std::optional<Result> evaluate_patiently(const Batch& batch, const Task& task,
+                                         model::Profile* profile) {
   std::optional<Result> result;
   for (std::uint32_t attempts = 1; attempts <= most_attempts; ++attempts) {
-    result = attempt(batch.ecosystem, task, batch.stop);
+    result = attempt(batch.ecosystem, task, batch.stop, profile);
     if (!result || !result->failure) break;
     result->failure->attempts = attempts;
   }
@@ -80,9 +83,9 @@ class Turn {
   Clock::time_point begun_;
 };
 
-void evaluate_one(Batch& batch, std::size_t index) {
+void evaluate_one(Batch& batch, std::size_t index, model::Profile* profile) {
   try {
-    std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index]);
+    std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index], profile);
     if (!result) {
       batch.stopped = true;
       return;
@@ -100,14 +103,20 @@ void evaluate_one(Batch& batch, std::size_t index) {
 
 void work(Batch& batch) {
   const WatchedThread watched;
+  model::Profile own;
   while (!batch.stop.stop_requested() && !batch.abandoned) {
     const Turn turn(batch.turnstile);
     if (batch.stop.stop_requested()) break;
     const std::size_t index = batch.next++;
     if (index >= batch.order.size()) break;
-    evaluate_one(batch, batch.order[index]);
+    evaluate_one(batch, batch.order[index], batch.profile != nullptr ? &own : nullptr);
   }
   if (batch.stop.stop_requested()) batch.stopped = true;
+  if (batch.profile != nullptr) {
+    static std::mutex merging;  // several calls may share a profile
+    const std::scoped_lock lock(merging);
+    batch.profile->add(own);
+  }
   const std::scoped_lock lock(batch.mutex);
   if (--batch.running == 0) batch.news.notify_one();
 }
@@ -158,15 +167,16 @@ std::vector<std::size_t> longest_first(std::span<const Task> tasks) {
 }
 
 ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
-                                 std::shared_ptr<Turnstile> turnstile)
+                                 std::shared_ptr<Turnstile> turnstile, model::Profile* profile)
     : ecosystem_(ecosystem),
       threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())),
-      turnstile_(std::move(turnstile)) {}
+      turnstile_(std::move(turnstile)),
+      profile_(profile) {}
 
 std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Task> tasks,
                                                              StopToken stop,
                                                              const ResultCallback& finished) {
-  Batch batch(ecosystem_, tasks, stop, turnstile_.get());
+  Batch batch(ecosystem_, tasks, stop, turnstile_.get(), profile_);
   {
     std::vector<std::jthread> workers;
     const auto wanted = static_cast<unsigned>(std::min<std::size_t>(threads_, tasks.size()));
@@ -202,12 +212,13 @@ namespace {
 
 class ThreadBackend final : public Backend {
  public:
-  explicit ThreadBackend(unsigned workers)
+  ThreadBackend(unsigned workers, model::Profile* profile)
       : workers_(workers != 0 ? workers : std::max(1u, std::thread::hardware_concurrency())),
-        turnstile_(std::make_shared<ThreadEvaluator::Turnstile>(workers_)) {}
+        turnstile_(std::make_shared<ThreadEvaluator::Turnstile>(workers_)),
+        profile_(profile) {}
   [[nodiscard]] std::unique_ptr<Evaluator> evaluator(
       const experiment::Experiment& experiment) override {
-    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_, turnstile_);
+    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_, turnstile_, profile_);
   }
   [[nodiscard]] unsigned workers() const override { return workers_; }
   [[nodiscard]] double busy_seconds() const override { return turnstile_->busy_seconds; }
@@ -218,12 +229,13 @@ class ThreadBackend final : public Backend {
  private:
   unsigned workers_;
   std::shared_ptr<ThreadEvaluator::Turnstile> turnstile_;
+  model::Profile* profile_;
 };
 
 }  // namespace
 
-std::unique_ptr<Backend> thread_backend(unsigned workers) {
-  return std::make_unique<ThreadBackend>(workers);
+std::unique_ptr<Backend> thread_backend(unsigned workers, model::Profile* profile) {
+  return std::make_unique<ThreadBackend>(workers, profile);
 }
 
 }  // namespace somas::evaluation

@@ -6,6 +6,7 @@
 #include <semaphore>
 
 #include "core/evaluation/evaluator.hpp"
+#include "core/model/profile.hpp"
 
 namespace somas::evaluation {
 
@@ -23,9 +24,11 @@ class ThreadEvaluator final : public Evaluator {
     std::atomic<double> busy_seconds = 0;  ///< of all who have passed
   };
 
-  /// `ecosystem` must outlive this. threads = 0: one per processor.
+  /// `ecosystem` must outlive this. threads = 0: one per processor. `profile`: as of
+  /// thread_backend.
   ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
-                  std::shared_ptr<Turnstile> turnstile = nullptr);
+                  std::shared_ptr<Turnstile> turnstile = nullptr,
+                  model::Profile* profile = nullptr);
 
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
@@ -40,6 +43,7 @@ class ThreadEvaluator final : public Evaluator {
   std::optional<Reference> reference_{};
   unsigned threads_;
   std::shared_ptr<Turnstile> turnstile_;  ///< null: all threads at a time
+  model::Profile* profile_;
 };
 
 }  // namespace somas::evaluation

@@ -101,7 +101,8 @@ void add_file(CLI::App& app, std::filesystem::path& file) {
   app.add_option("FILE", file, "The experiment (YAML)")->type_name("")->required();
 }
 
-void add_backend(CLI::App& app, BackendChoice& choice) {
+/// Returns the option --backend.
+CLI::Option* add_backend(CLI::App& app, BackendChoice& choice) {
   CLI::Option* backend =
       app.add_option("--backend", choice.backend,
                      "Who evaluates: processes (default), which a plugin that crashes cannot take "
@@ -126,6 +127,7 @@ void add_backend(CLI::App& app, BackendChoice& choice) {
                  "replaced; default 600")
       ->type_name("S")
       ->check(whole_number(1, 1'000'000));
+  return backend;
 }
 
 // Which runs make a campaign.
@@ -182,7 +184,12 @@ void add_run(CLI::App& parser, Options& options) {
       ->excludes(dry_run)
       ->excludes(app.get_option("--replicates"));
   add_at_once(app, run.at_once);
-  add_backend(app, run.backend);
+  CLI::Option* backend = add_backend(app, run.backend);
+  app.add_flag(
+         "--profile", run.profile,
+         "Measure where the time of the simulations goes, by phase and plugin: a table at the "
+         "end, and profile.json in the run directory. Evaluates in threads of this process")
+      ->excludes(backend);
   app.add_flag("--quiet,-q", run.quiet, "No progress; warnings and errors only");
   add_plugin_path(app, run.plugin_path);
 }

@@ -21,6 +21,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> out;
   std::vector<std::filesystem::path> genomes;
   BackendChoice backend;
+  bool profile = false;
   bool quiet = false;
   std::vector<std::string> command_line;
   std::vector<std::string> sweeps;  ///< --sweep

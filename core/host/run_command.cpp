@@ -1,9 +1,12 @@
+#include <algorithm>
+
 #include <spdlog/spdlog.h>
 
 #include "core/experiment/warnings.hpp"
 #include "core/host/campaign_command.hpp"
 #include "core/host/commands.hpp"
 #include "core/host/run_ending.hpp"
+#include "core/run/profile_report.hpp"
 #include "core/run/runner.hpp"
 #include "core/run/signals.hpp"
 
@@ -23,14 +26,22 @@ std::optional<experiment::Design> design_of(const RunCommand& command) {
 }  // namespace
 
 int execute(const RunCommand& command, run::Terminal& terminal) {
-  if (const auto design = design_of(command)) return run_design(command, *design, terminal);
+  const auto design = design_of(command);
+  if (design && command.profile)
+    throw run::UsageError("--profile looks at one run, not at a campaign; --single makes it one");
+  if (design) return run_design(command, *design, terminal);
   // From here on Ctrl-C only asks: plugins may take a while to load.
   const run::SignalGuard signals;
   const experiment::Experiment experiment =
       experiment::load(command.file, {command.overrides, command.plugin_path});
   for (const std::string& warning : experiment::warnings_of(experiment)) spdlog::warn(warning);
 
-  const auto backend = make_backend(command.backend, terminal);
+  // Only threads of this process can be looked into.
+  model::Profile profile;
+  const auto backend =
+      command.profile ? evaluation::thread_backend(
+                            std::max(command.backend.threads, command.backend.workers), &profile)
+                      : make_backend(command.backend, terminal);
   run::RunOptions options;
   options.file = command.file;
   options.out = command.out;
@@ -39,7 +50,13 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   options.genomes = command.genomes;
   options.plugin_path = command.plugin_path;
   options.command_line = command.command_line;
-  return end_run(run::run(experiment, options, terminal, signals.token()), command.quiet);
+  const run::RunReport report = run::run(experiment, options, terminal, signals.token());
+  if (command.profile) {
+    const run::ProfileReport measured = run::report_on(profile);
+    run::write_profile(report.directory, measured);
+    if (!command.quiet) print(run::to_text(measured));
+  }
+  return end_run(report, command.quiet);
 }
 
 }  // namespace somas::host

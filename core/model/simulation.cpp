@@ -76,22 +76,31 @@ void Simulation::found(std::span<const RosterEntry> roster) {
   state_.contacts.start.assign(cells.size() + 1, 0);
 }
 
+template <class Part>
+void Simulation::timed(StepPhase phase, Part&& part) {
+  const Stopwatch watch(profile_, [phase](Profile& profile, Profile::Duration time) {
+    profile.add_phase(phase, time);
+  });
+  part();
+}
+
 bool Simulation::step() {
   if (state_.finished) return false;
-  update_fields();
-  sense();
-  control();
-  cycle_.decide(ecosystem_, state_, outputs_);
-  metabolism_.run(ecosystem_, state_, outputs_);
+  timed(StepPhase::fields, [this] { update_fields(); });
+  timed(StepPhase::sense, [this] { sense(); });
+  timed(StepPhase::control, [this] { control(); });
+  timed(StepPhase::decide, [this] { cycle_.decide(ecosystem_, state_, outputs_); });
+  timed(StepPhase::metabolism, [this] { metabolism_.run(ecosystem_, state_, outputs_); });
   // Newborn cells stand at the end until the storage is reorganised; they do not deposit yet.
   const std::uint32_t count = state_.cells.size();
-  const bool changed = cycle_.advance(ecosystem_, state_);
-  deposit(count);
-  if (changed) reorganise();
-  move();
-  view_.act(Phase::stress);
-  bury();
-  end_step();
+  bool changed = false;
+  timed(StepPhase::cycle, [&] { changed = cycle_.advance(ecosystem_, state_); });
+  timed(StepPhase::deposit, [&] { deposit(count); });
+  if (changed) timed(StepPhase::cycle, [this] { reorganise(); });
+  timed(StepPhase::mechanics, [this] { move(); });
+  timed(StepPhase::stress, [this] { view_.act(Phase::stress); });
+  timed(StepPhase::deaths, [this] { bury(); });
+  timed(StepPhase::observe, [this] { end_step(); });
   return !state_.finished;
 }
 
@@ -107,6 +116,11 @@ void Simulation::tell(Witness* witness) {
   witness_ = witness;
   cycle_.tell(witness);
   metabolism_.tell(witness);
+}
+
+void Simulation::measure(Profile* profile) {
+  profile_ = profile;
+  view_.measure(profile);
 }
 
 void Simulation::update_fields() {
@@ -175,6 +189,9 @@ void Simulation::control() {
 
 void Simulation::run_program(const Program& program, const Batch& batch) const {
   const PluginCall here("controller", "step", state_.step);
+  const Stopwatch watch(profile_, [](Profile& profile, Profile::Duration time) {
+    profile.add_call("controller", "step", time);
+  });
   try {
     // Founders settle on their first inputs before their first step.
     if (state_.step == 0) {

@@ -13,6 +13,7 @@
 #include "core/model/ecosystem.hpp"
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
+#include "core/model/profile.hpp"
 #include "core/model/witness.hpp"
 #include "core/model/world_state.hpp"
 #include "core/model/world_view.hpp"
@@ -67,6 +68,8 @@ class Simulation {
   /// Tells `witness` (null: nobody) what happens from now on; it must outlive the simulation or be
   /// replaced. Never changes what happens.
   void tell(Witness* witness);
+  /// Measures every step from now on into `profile` (null: no more), which must outlive it.
+  void measure(Profile* profile);
 
   /// One per roster entry, in roster order.
   [[nodiscard]] std::vector<Outcome> outcomes() const;
@@ -77,6 +80,8 @@ class Simulation {
 
  private:
   void found(std::span<const RosterEntry> roster);
+  template <class Part>
+  void timed(StepPhase phase, Part&& part);
   void update_fields();
   void sense();
   void control();
@@ -101,6 +106,7 @@ class Simulation {
   std::vector<Footprint> footprints_;
   std::vector<float*> sensed_;  ///< rows of inputs, by morphogen
   Witness* witness_ = nullptr;
+  Profile* profile_ = nullptr;
 };
 
 }  // namespace somas::model

@@ -34,6 +34,9 @@ template <class Call>
 void WorldView::guarded(const std::string& instance, const char* call, Call&& body) {
   const auto where = [&] { return std::string(call) + " at step " + std::to_string(state_.step); };
   const PluginCall here(instance, call, state_.step);
+  const Stopwatch watch(profile_, [&](Profile& profile, Profile::Duration time) {
+    profile.add_call(instance, call, time);
+  });
   try {
     body();
   } catch (const std::bad_alloc&) {

@@ -6,6 +6,7 @@
 
 #include "core/model/ecosystem.hpp"
 #include "core/model/hits.hpp"
+#include "core/model/profile.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -18,6 +19,8 @@ class WorldView final : public World {
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
   void act(Phase phase);
+  /// Measures the calls of plugins from now on into `profile`, which may be null.
+  void measure(Profile* profile) { profile_ = profile; }
   /// Accumulators for Phase::forces.
   void set_forces(std::span<double> fx, std::span<double> fy) { fx_ = fx, fy_ = fy; }
   /// Calls `begin` of every environment.
@@ -62,6 +65,7 @@ class WorldView final : public World {
   bool hits_ready_ = false;
   std::vector<std::vector<double>> skills_;  ///< scratch by skill; valid where filled
   std::vector<bool> skill_filled_;
+  Profile* profile_ = nullptr;
 };
 
 }  // namespace somas::model
