@@ -24,6 +24,10 @@ constexpr std::chrono::milliseconds look_for_stop{100};
 
 constexpr const char* resumable = "; finished work is saved, and the run can be resumed";
 
+bool holds(const std::vector<std::uint32_t>& list, std::uint32_t id) {
+  return std::find(list.begin(), list.end(), id) != list.end();
+}
+
 std::exception_ptr lost(const std::string& why) {
   return std::make_exception_ptr(EvaluatorsLost(why + resumable));
 }
@@ -96,6 +100,7 @@ std::optional<std::vector<Result>> Pool::Dispatcher::evaluate(std::uint32_t expe
   std::unique_lock lock(mutex_);
   if (lost_) throw PoolLost(*lost_);
   jobs_.push_back(job);
+  fail_those_without_evaluator();
   wake();
 
   // However we leave, nobody touches the caller's tasks any more.
@@ -227,11 +232,10 @@ bool Pool::Dispatcher::serve(Worker& worker) {
     worker.loaded.clear();
   }
   if (worker.state == State::absent) start(worker);
-  const auto& loaded = worker.loaded;
-  if (std::find(loaded.begin(), loaded.end(), job->experiment) == loaded.end())
-    load(worker, job->experiment);
-  else
+  if (holds(worker.loaded, job->experiment))
     send_batch(worker, job);
+  else
+    load(worker, job->experiment);
   return true;
 }
 
@@ -239,7 +243,7 @@ bool Pool::Dispatcher::serve(Worker& worker) {
 std::shared_ptr<Job> Pool::Dispatcher::choose(const Worker& worker) const {
   std::shared_ptr<Job> chosen;
   for (const auto& job : jobs_) {
-    if (job->over || job->waiting.empty()) continue;
+    if (job->over || job->waiting.empty() || holds(worker.unable, job->experiment)) continue;
     // The reference comes from one evaluator of the coordinator's machine; the others wait for it.
     const Experiment& experiment = experiments_.at(job->experiment);
     if (!experiment.reference && (experiment.being_tried || worker.station != 0)) continue;
@@ -380,10 +384,7 @@ void Pool::Dispatcher::not_ready(Worker& worker, std::uint32_t id, const std::st
   const auto found = experiments_.find(id);
   if (found == experiments_.end()) return;
   Experiment& experiment = found->second;
-  if (experiment.reference) {
-    refuse(worker, why);
-    return;
-  }
+  if (experiment.reference) return refuse_for(worker, id, why);
   // The reference simulation itself failed: another organism may do.
   experiment.being_tried = false;
   ++experiment.message.canary;
@@ -459,6 +460,24 @@ void Pool::Dispatcher::refuse(Worker& worker, const std::string& why) {
   if (none) {
     lost_ = last_refusal_ + "; no evaluator is left" + resumable;
     fail_all(all_lost(last_refusal_ + "; no evaluator is left"));
+  }
+  fail_those_without_evaluator();
+}
+
+// Others can load it; this evaluator goes on with other experiments.
+void Pool::Dispatcher::refuse_for(Worker& worker, std::uint32_t id, const std::string& why) {
+  worker.unable.push_back(id);
+  last_refusal_ = "an evaluator on " + stations_[worker.station]->name() + " is refused: " + why;
+  if (warn_) warn_(last_refusal_);
+  fail_those_without_evaluator();
+}
+
+void Pool::Dispatcher::fail_those_without_evaluator() {
+  for (const auto& job : jobs_) {
+    const bool none = std::all_of(workers_.begin(), workers_.end(), [&](const Worker& worker) {
+      return worker.state == State::refused || holds(worker.unable, job->experiment);
+    });
+    if (none) fail(*job, lost(last_refusal_ + "; no evaluator is left"));
   }
 }
 

@@ -78,6 +78,7 @@ class Pool::Dispatcher {
     std::uint64_t life = 0;
     bool used = false;                  ///< has got tasks
     std::vector<std::uint32_t> loaded;  ///< experiments
+    std::vector<std::uint32_t> unable;  ///< experiments that it cannot load
     std::optional<std::uint32_t> loading{};
     std::deque<Item> items{};     ///< sent, in order
     std::size_t batches = 0;      ///< of them
@@ -104,6 +105,8 @@ class Pool::Dispatcher {
   void died(Worker& worker, const Death& death);
   void died_loading(Worker& worker, std::uint32_t experiment, const Death& death);
   void refuse(Worker& worker, const std::string& why);
+  void refuse_for(Worker& worker, std::uint32_t experiment, const std::string& why);
+  void fail_those_without_evaluator();
 
   void finish(const Item& item, Result result);
   void again(const Item& item);

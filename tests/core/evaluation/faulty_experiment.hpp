@@ -34,12 +34,17 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// `settings`: of the faulty environment, as in YAML ("fault: throw, step: 3").
-inline experiment::Experiment faulty_experiment(const std::string& settings = {}) {
+inline const std::string faulty_plugins = SOMAS_BINARY_DIR "/tests/fixtures/faulty";
+
+/// `settings`: of the faulty environment, as in YAML ("fault: throw, step: 3"); `directory`: where
+/// its file is.
+inline experiment::Experiment faulty_experiment(const std::string& settings = {},
+                                                const std::string& directory = faulty_plugins) {
   const TemporaryFile file(
       "somas: 1\nname: faulty\nseed: 5\n"
-      "plugins: [" SOMAS_BINARY_DIR "/tests/fixtures/plugins, " SOMAS_BINARY_DIR
-      "/tests/fixtures/faulty]\n"
+      "plugins: [" SOMAS_BINARY_DIR "/tests/fixtures/plugins, " +
+      directory +
+      "]\n"
       "world: {max_steps: 60, max_cells: 20, morphogens: {size: 9}}\n"
       "evolution: {population: 12, generations: 3}\n"
       "environments:\n  field: {plugin: faulty_environment, " +

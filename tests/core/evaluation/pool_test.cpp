@@ -21,6 +21,7 @@ namespace somas::evaluation {
 namespace {
 
 using test::faulty_experiment;
+using test::faulty_plugins;
 using test::TemporaryFile;
 using test::Work;
 using testing::AllOf;
@@ -341,6 +342,27 @@ TEST(Pool, AnEvaluatorThatDoesNotReproduceTheReferenceIsRefused) {
   ASSERT_THAT(warnings, SizeIs(1));
   EXPECT_THAT(warnings[0], AllOf(HasSubstr("is refused: the reference simulation gives"),
                                  HasSubstr("instead of"), HasSubstr("build")));
+}
+
+TEST(Pool, WhoCannotLoadAnExperimentAnyMoreGoesOnWithOthers) {
+  namespace fs = std::filesystem;
+  const fs::path copy = fs::temp_directory_path() / ("somas-copy-" + std::to_string(::getpid()));
+  fs::copy(faulty_plugins, copy);
+  const experiment::Experiment vanishing = faulty_experiment({}, copy.string()),
+                               lasting = faulty_experiment();
+  Pool pool(options(1));
+  const auto one = pool.evaluator(vanishing), other = pool.evaluator(lasting);
+  EXPECT_TRUE(one->evaluate(Work(vanishing, 2).tasks(), {}, {}));
+  fs::remove_all(copy);
+  for (const pid_t evaluator : evaluators()) ::kill(evaluator, SIGKILL);
+  for (int attempt = 0; attempt < 2; ++attempt) try {
+      static_cast<void>(one->evaluate(Work(vanishing, 2).tasks(), {}, {}));
+      FAIL() << "no exception";
+    } catch (const EvaluatorsLost& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("is refused"), HasSubstr("faulty_environment"),
+                                      HasSubstr("no evaluator is left")));
+    }
+  EXPECT_TRUE(other->evaluate(Work(lasting, 2).tasks(), {}, {}));
 }
 
 TEST(Pool, WhoDoesNotReproduceWhatIsExpectedIsRefused) {
