@@ -23,6 +23,7 @@ printf 'file(COPY "%s/" DESTINATION "${CMAKE_INSTALL_PREFIX}")\n' "$prefix" \
 
 follow=("$copy/tests/docs/run_docs.sh" "$copy/build" docs/authors/first-plugin.md)
 clean=(env -i PATH="$PATH" HOME="$copy" TMPDIR="$copy" LC_ALL=C CCACHE_DISABLE=1)
+cd "$copy"  # where we are may be about to be hidden
 begin=$SECONDS
 if unshare --user --map-root-user --mount true 2>/dev/null; then
   # shellcheck disable=SC2016
