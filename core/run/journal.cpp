@@ -128,6 +128,9 @@ std::optional<Result> Journal::find(const TaskKey& key, std::size_t organisms) {
 Journal::Plan Journal::plan(std::span<const Task> tasks) {
   Plan plan;
   plan.results.resize(tasks.size());
+  // One look at the store, not one a task: each would lock the file.
+  const bool own = !database_.in_transaction();
+  if (own) database_.execute("BEGIN");
   std::map<TaskKey, std::size_t> fresh;  // by key, the place in plan.fresh
   for (std::size_t t = 0; t < tasks.size(); ++t) {
     const TaskKey& key = plan.keys.emplace_back(key_of(experiment_, tasks[t]));
@@ -144,6 +147,7 @@ Journal::Plan Journal::plan(std::span<const Task> tasks) {
     plan.fresh.push_back(tasks[t]);
     plan.asked_by.push_back({t});
   }
+  if (own) database_.execute("COMMIT");
   return plan;
 }
 

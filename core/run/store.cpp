@@ -167,6 +167,9 @@ Store::Store(const std::filesystem::path& file, Database::Access access)
   verify();
   // A write-ahead log: others may read meanwhile, and a commit is one write at the end of a file.
   database_.execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL");
+  // Room for what a generation has just written: it is read again for its checksum and the CSV
+  // files.
+  database_.execute("PRAGMA cache_size=-32768");
 }
 
 Store::~Store() { rollback(); }
