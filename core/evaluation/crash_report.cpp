@@ -1,5 +1,6 @@
 #include "core/evaluation/crash_report.hpp"
 
+#include <atomic>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +17,9 @@ constexpr std::size_t stack_size = std::size_t{1} << 16;
 int exit_code_of_crash = 3;
 /// Where the present thread's crash is noted; null: nowhere.
 thread_local const char* crash_note = nullptr;
+/// What to start then; null: nothing.
+std::atomic<char* const*> restart_arguments = nullptr;
+static_assert(std::atomic<char* const*>::is_always_lock_free);
 
 /// A line put together without anything that a signal handler must not call.
 class Line {
@@ -52,10 +56,12 @@ extern "C" void report_crash(int signal) {
   line.add(": the plugin crashed; what was finished before is saved\n");
   Line().add("\nsomas-host: ").write(STDERR_FILENO);
   line.write(STDERR_FILENO);
-  if (crash_note != nullptr)
-    if (const int file = ::open(crash_note, O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0666);
-        file >= 0)
-      line.write(file);
+  if (crash_note == nullptr) ::_exit(exit_code_of_crash);
+  if (const int file = ::open(crash_note, O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0666);
+      file >= 0) {
+    line.write(file);
+    if (char* const* arguments = restart_arguments) ::execv("/proc/self/exe", arguments);
+  }
   ::_exit(exit_code_of_crash);
 }
 
@@ -74,6 +80,16 @@ void report_crashes(int exit_code) {
   for (const int signal : crashes) ::sigaction(signal, &action, nullptr);
 #endif
 }
+
+RestartAfterCrash::RestartAfterCrash(std::vector<std::string> words) : words_(std::move(words)) {
+  if (words_.empty()) return;
+  words_.insert(words_.begin(), "somas-host");
+  for (std::string& word : words_) arguments_.push_back(word.data());
+  arguments_.push_back(nullptr);
+  restart_arguments = arguments_.data();
+}
+
+RestartAfterCrash::~RestartAfterCrash() { restart_arguments = nullptr; }
 
 WatchedThread::WatchedThread(const std::filesystem::path& note)
     : outer_(std::exchange(model::watched_site, &site_)),

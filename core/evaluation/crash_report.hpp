@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/model/call_site.hpp"
 
@@ -30,6 +31,21 @@ class WatchedThread {
   std::string note_;
   const char* outer_note_;
   std::unique_ptr<char[]> stack_;  ///< null: the thread has one already
+};
+
+/// While this lives, a crash in a watched thread that has a note does not end the process: once its
+/// line is written, this program starts anew, as the same process, with other words. One at a time.
+class RestartAfterCrash {
+ public:
+  /// `words`: of the command line, without the program; if empty, nothing starts anew.
+  explicit RestartAfterCrash(std::vector<std::string> words);
+  ~RestartAfterCrash();
+  RestartAfterCrash(const RestartAfterCrash&) = delete;
+  RestartAfterCrash& operator=(const RestartAfterCrash&) = delete;
+
+ private:
+  std::vector<std::string> words_;
+  std::vector<char*> arguments_;  ///< as execv takes them
 };
 
 }  // namespace somas::evaluation

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "core/evaluation/cluster.hpp"
 #include "core/host/exit_codes.hpp"
 #include "core/host/run_ending.hpp"
 #include "core/plugins/suggest.hpp"
@@ -46,6 +47,28 @@ int exit_code_of(run::RunFault fault) {
   return exit_internal_error;
 }
 
+/// The options of a command, for the process that goes on after a crash. An MPI job cannot: its
+/// other ranks have lost rank 0.
+std::optional<std::vector<std::string>> restart_of(
+    const BackendChoice& backend, std::uint64_t at_once, bool quiet,
+    const std::vector<std::filesystem::path>& plugin_path) {
+  if (evaluation::Cluster::present() != nullptr) return std::nullopt;
+  std::vector<std::string> words;
+  const auto add = [&](const char* option, std::uint64_t value) {
+    if (value != 0) words.insert(words.end(), {option, std::to_string(value)});
+  };
+  if (backend.threads == 0) words = {"--backend", backend.backend};
+  if (backend.threads == 0) add("--workers", backend.workers);
+  add("--threads", backend.threads);
+  add("--evaluator-memory", backend.memory_mib);
+  add("--watchdog", backend.watchdog_seconds);
+  add("--runs-at-once", at_once);
+  if (quiet) words.emplace_back("--quiet");
+  for (const std::filesystem::path& directory : plugin_path)
+    words.insert(words.end(), {"--plugin-path", directory.string()});
+  return words;
+}
+
 int end_campaign(const run::CampaignReport& report, bool quiet) {
   const int signal = report.stopped ? run::SignalGuard::received() : 0;
   try {
@@ -74,7 +97,10 @@ int run_design(const RunCommand& command, const experiment::Design& design,
     terminal.line(cost_text(run::cost_of(plan, *backend, signals.token())));
   if (command.dry_run) return exit_ok;
   const run::CampaignOptions options{
-      .backend = backend.get(), .at_once = command.at_once, .quiet = command.quiet};
+      .backend = backend.get(),
+      .at_once = command.at_once,
+      .quiet = command.quiet,
+      .restart = restart_of(command.backend, command.at_once, command.quiet, command.plugin_path)};
   return end_campaign(
       run::run_campaign(plan, command.out, command.genomes, options, terminal, signals.token()),
       command.quiet);
@@ -84,7 +110,10 @@ int resume_design(const ResumeCommand& command, run::Terminal& terminal) {
   const run::SignalGuard signals;
   const auto backend = make_backend(command.backend, terminal);
   const run::CampaignOptions options{
-      .backend = backend.get(), .at_once = command.at_once, .quiet = command.quiet};
+      .backend = backend.get(),
+      .at_once = command.at_once,
+      .quiet = command.quiet,
+      .restart = restart_of(command.backend, command.at_once, command.quiet, command.plugin_path)};
   const run::CampaignResumeOptions resume{.directory = command.run,
                                           .replicates = command.replicates,
                                           .generations = command.generations,

@@ -349,6 +349,14 @@ class CampaignRunner {
   std::optional<CampaignProgress> progress_;
 };
 
+/// The command line that goes on with the campaign after a crash; empty: none.
+std::vector<std::string> restart_words(const fs::path& directory, const CampaignOptions& options) {
+  if (!options.restart) return {};
+  std::vector<std::string> words = {"resume", directory.string()};
+  words.insert(words.end(), options.restart->begin(), options.restart->end());
+  return words;
+}
+
 /// All that a resume needs; campaign.json comes last: with it the campaign has begun.
 void write_campaign(const fs::path& directory, const CampaignPlan& plan) {
   make_directory_in(directory / "conditions");
@@ -376,6 +384,7 @@ CampaignReport run_campaign(const CampaignPlan& given, const std::optional<fs::p
   for (std::size_t i = 0; i < texts.size(); ++i)
     create_file(directory / "genomes" / ("given-" + std::to_string(i) + ".json"), texts[i]);
   write_campaign(directory, plan);
+  const evaluation::RestartAfterCrash restart(restart_words(directory, options));
   return CampaignRunner(plan, directory, options, {}, terminal, stop).carry_out();
 }
 
@@ -422,6 +431,7 @@ CampaignReport resume_campaign(const CampaignResumeOptions& resume, const Campai
     write_file(resume.directory / "campaign.json", to_text(campaign_to_json(campaign)));
   if (!resume.sweeps.empty()) campaign = read_campaign(resume.directory);
   const CampaignPlan plan = reload_campaign(resume.directory, std::move(campaign));
+  const evaluation::RestartAfterCrash restart(restart_words(resume.directory, options));
   return CampaignRunner(plan, resume.directory, options, resume, terminal, stop).carry_out();
 }
 

@@ -30,6 +30,9 @@ struct CampaignOptions {
   evaluation::Backend* backend = nullptr;
   std::uint64_t at_once = 0;  ///< runs; 0: enough to keep the backend busy
   bool quiet = false;         ///< no progress
+  /// Where a plugin crashes this process, it goes on without the run that did: the words that
+  /// follow "resume DIRECTORY". Nothing: it ends.
+  std::optional<std::vector<std::string>> restart{};
 };
 
 /// Makes the directory and runs all runs into it. A run that fails is noted and the others go on;
