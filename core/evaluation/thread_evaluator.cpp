@@ -192,11 +192,13 @@ std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Tas
 }
 
 std::optional<Reference> ThreadEvaluator::reference() {
-  for (std::uint32_t canary = 0; !reference_ && canary < most_canaries; ++canary) try {
-      reference_ = Reference{canary, canary_hash(ecosystem_, canary)};
+  for (; !reference_ && next_canary_ < most_canaries; ++next_canary_) {
+    try {
+      reference_ = Reference{next_canary_, canary_hash(ecosystem_, next_canary_)};
     } catch (const model::PluginFailure&) {
       // Another organism may do.
     }
+  }
   return reference_;
 }
 

@@ -41,6 +41,7 @@ class ThreadEvaluator final : public Evaluator {
  private:
   const model::Ecosystem& ecosystem_;
   std::optional<Reference> reference_{};
+  std::uint32_t next_canary_ = 0;  ///< those before it have failed, and would again
   unsigned threads_;
   std::shared_ptr<Turnstile> turnstile_;  ///< null: all threads at a time
   model::Profile* profile_;

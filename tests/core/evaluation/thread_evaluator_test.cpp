@@ -57,6 +57,16 @@ bool same(const Result& a, const Result& b) {
   return true;
 }
 
+TEST_F(Evaluation, ReferenceSimulationsThatFailAreNotTriedAgain) {
+  const auto failing = test::toy_ecosystem({.failing_step = 0});
+  ThreadEvaluator evaluator(*failing, 1);
+  const int before = test::Reaper::failures;
+  EXPECT_EQ(evaluator.reference(), std::nullopt);
+  EXPECT_EQ(test::Reaper::failures - before, 8);
+  EXPECT_EQ(evaluator.reference(), std::nullopt);
+  EXPECT_EQ(test::Reaper::failures - before, 8);
+}
+
 TEST_F(Evaluation, ResultsDoNotDependOnTheNumberOfThreads) {
   const std::vector<Result> one = evaluate(1);
   ASSERT_THAT(one, SizeIs(60));

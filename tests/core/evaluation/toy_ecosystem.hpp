@@ -2,6 +2,7 @@
 // reaper who takes some of them by chance. Lives take some tens of steps.
 #pragma once
 
+#include <atomic>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -24,11 +25,16 @@ class Reaper final : public Environment {
     purpose_ = declare.purpose("reap");
   }
   void act(Phase, World& world) const override {
-    if (world.step() == failing_step_) throw std::runtime_error("the scythe is blunt");
+    if (world.step() == failing_step_) {
+      ++failures;
+      throw std::runtime_error("the scythe is blunt");
+    }
     for (std::uint32_t cell = 0; cell < world.cells().count; ++cell)
       if (world.rng(purpose_, world.cells().id[cell]).chance(probability_))
         world.kill(cell, cause_);
   }
+
+  inline static std::atomic<int> failures = 0;  ///< of all instances
 
  private:
   double probability_;
