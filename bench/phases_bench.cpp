@@ -49,14 +49,12 @@ void morphogen_cells(benchmark::State& state) {
     model::MorphogenFields& fields = body.state().organisms.front().fields;
     model::FloatMatrix sensed;
     sensed.reshape(static_cast<std::uint32_t>(fields.kinds()), cells.size());
-    std::vector<float*> rows;
-    for (std::uint32_t kind = 0; kind < fields.kinds(); ++kind) rows.push_back(sensed.row(kind));
     std::vector<model::Footprint> prints(cells.size());
+    const std::vector<float> amounts(cells.size(), 0.5f);
     for (auto _ : state) {
-      fields.survey(cells.x, cells.y, prints, rows);
-      for (const model::Footprint& at : prints)
-        for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
-          fields.deposit(kind, at, 0.5f, model::Deposit::peak);
+      fields.survey(cells.x, cells.y, prints, sensed.lanes(0, cells.size(), sensed.channels()));
+      for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
+        fields.deposit(kind, prints, amounts, model::Deposit::peak);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
