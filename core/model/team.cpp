@@ -1,5 +1,6 @@
 #include "core/model/team.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <csignal>
@@ -55,81 +56,95 @@ class ReportStack {
 }  // namespace
 
 Team::Team(unsigned threads, std::uint32_t least)
-    : threads_(std::max(threads, 1u)),
-      least_(std::max(least, 1u)),
-      awake_(threads_ <= std::thread::hardware_concurrency()),
-      members_(threads_) {}
+    : least_(std::max(least, 1u)),
+      awake_(threads <= std::thread::hardware_concurrency()),
+      errors_(std::max(threads, 1u)) {}
 
 Team::~Team() {
   over_ = true;
-  for (Member& member : members_) {
-    if (!member.thread.joinable()) continue;
-    member.calls.fetch_add(1, std::memory_order_release);
-    member.calls.notify_one();
-    member.thread.join();
-  }
+  works_.fetch_add(1, std::memory_order_release);
+  works_.notify_all();
+  for (std::thread& other : others_) other.join();
 }
 
 void Team::start() {
   started_ = true;
+  others_.reserve(threads() - 1);
   try {
-    for (unsigned m = 1; m < threads_; ++m)
-      members_[m].thread = std::thread([this, m] { serve(m); });
+    while (others_.size() < threads() - 1) others_.emplace_back([this] { serve(); });
   } catch (const std::system_error&) {
     // The system gives no more: those that it gave take all parts.
-    threads_ = 1;
-    while (threads_ < members_.size() && members_[threads_].thread.joinable()) ++threads_;
   }
 }
 
-void Team::call(const Job& job) {
+void Team::carry_out(Call call, void* context, unsigned parts) {
   if (!started_) start();
-  job_ = job;
-  site_ = watched_site;
-  const unsigned called = std::min(job.parts, threads_);
-  at_work_.store(called - 1, std::memory_order_relaxed);
-  for (unsigned m = 1; m < called; ++m) {
-    members_[m].calls.fetch_add(1, std::memory_order_release);
-    members_[m].calls.notify_one();
+  call_.store(call, std::memory_order_relaxed);
+  context_.store(context, std::memory_order_relaxed);
+  parts_.store(parts, std::memory_order_relaxed);
+  site_.store(watched_site, std::memory_order_relaxed);
+  left_.store(parts, std::memory_order_relaxed);
+  const std::uint64_t number = works_.load(std::memory_order_relaxed) + 1;
+  ticket_.store(number << 32 | 1, std::memory_order_release);
+  works_.store(static_cast<std::uint32_t>(number), std::memory_order_release);
+  if (parts == threads()) {
+    works_.notify_all();
+  } else {
+    for (unsigned other = 1; other < parts; ++other) works_.notify_one();
   }
-  take_part(0);
-  for (std::uint32_t left = at_work_.load(std::memory_order_acquire); left != 0;
-       left = at_work_.load(std::memory_order_acquire))
-    await_change(at_work_, left, awake_);
-  throw_on(called);
+
+  finish(0, call, context);
+  help();
+  for (std::uint32_t left = left_.load(std::memory_order_acquire); left != 0;
+       left = left_.load(std::memory_order_acquire))
+    await_change(left_, left, awake_);
+  throw_on(parts);
 }
 
-void Team::serve(unsigned member) {
+void Team::serve() {
   const ReportStack stack;
-  Member& own = members_[member];
-  for (std::uint32_t done = 0;; ++done) {
-    await_change(own.calls, done, awake_);
+  for (std::uint32_t done = 0;;) {
+    await_change(works_, done, awake_);
     if (over_) return;
-    watched_site = site_;
-    take_part(member);
-    watched_site = nullptr;
-    if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) at_work_.notify_one();
+    done = works_.load(std::memory_order_acquire);
+    help();
   }
 }
 
-void Team::take_part(unsigned member) {
-  // Where the system gave fewer threads than there are parts, each takes several.
-  unsigned part = member;
+void Team::help() {
+  // Takes parts until there are none. What is read of a work that has meanwhile ended is not used.
+  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+  for (;;) {
+    const Call call = call_.load(std::memory_order_relaxed);
+    void* const context = context_.load(std::memory_order_relaxed);
+    CallSite* const site = site_.load(std::memory_order_relaxed);
+    const auto part = static_cast<std::uint32_t>(ticket);
+    if (part >= parts_.load(std::memory_order_relaxed)) return;
+    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
+    CallSite* const outer = std::exchange(watched_site, site);
+    finish(part, call, context);
+    watched_site = outer;
+    ++ticket;
+  }
+}
+
+void Team::finish(unsigned part, Call call, void* context) {
   try {
-    for (; part < job_.parts; part += threads_) job_.call(job_.context, part);
+    call(context, part);
   } catch (...) {
-    members_[member].failed = part;
-    members_[member].error = std::current_exception();
+    errors_[part] = std::current_exception();
   }
+  if (left_.fetch_sub(1, std::memory_order_acq_rel) == 1) left_.notify_one();
 }
 
-void Team::throw_on(unsigned called) {
-  const Member* lowest = nullptr;
-  for (const Member& member : std::span(members_).first(called))
-    if (member.error && (lowest == nullptr || member.failed < lowest->failed)) lowest = &member;
-  if (lowest == nullptr) return;
-  const std::exception_ptr error = lowest->error;
-  for (Member& member : members_) member.error = nullptr;
+void Team::throw_on(unsigned parts) {
+  const auto thrown = std::span(errors_).first(parts);
+  const auto lowest =
+      std::find_if(thrown.begin(), thrown.end(),
+                   [](const std::exception_ptr& error) { return error != nullptr; });
+  if (lowest == thrown.end()) return;
+  const std::exception_ptr error = *lowest;
+  std::fill(thrown.begin(), thrown.end(), nullptr);
   std::rethrow_exception(error);
 }
 

@@ -29,9 +29,8 @@ struct WorldThreads {
 
 class Team {
  public:
-  /// So many threads, the calling one among them; at least that one. The others start with the
-  /// first work that is shared; where the system refuses some, fewer share it. A thread gets no
-  /// fewer than `least` cells.
+  /// At least one thread, the caller's. The others start with the first work that is shared; where
+  /// the system refuses some, fewer share it.
   explicit Team(unsigned threads, std::uint32_t least = cells_worth_a_thread);
   explicit Team(WorldThreads of) : Team(of.threads, of.least) {}
   /// No work may be running.
@@ -39,52 +38,49 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  [[nodiscard]] unsigned threads() const { return threads_; }
-  /// How many parts work is cut into that is worth that of so many cells: at least 1.
+  [[nodiscard]] unsigned threads() const { return static_cast<unsigned>(errors_.size()); }
+  /// How many parts work is cut into that is worth that of so many cells: 1 to threads().
   [[nodiscard]] unsigned parts(std::uint64_t cells) const {
-    return static_cast<unsigned>(std::clamp<std::uint64_t>(cells / least_, 1, threads_));
+    return static_cast<unsigned>(std::clamp<std::uint64_t>(cells / least_, 1, threads()));
   }
 
-  /// Calls work(part) for each part below `parts`, at once, the first by the calling thread; ends
-  /// when all have ended. Of what parts throw, the exception of the lowest is thrown on. Crashes
-  /// are noted where the caller's are. By one thread at a time, and never from within; allocates
-  /// nothing once the threads have started.
+  /// Calls work(part) for each part below `parts`, at most threads(), and ends when all have ended.
+  /// The calling thread takes the first, and others that nobody has begun: where the machine has no
+  /// processor for the team, it does all. Of what parts throw, the exception of the lowest is
+  /// thrown on. Crashes are noted where the caller's are. By one thread at a time, and never from
+  /// within; allocates nothing once the threads have started.
   template <class Work>
   void run(unsigned parts, Work& work) {
-    call({[](void* context, unsigned part) { (*static_cast<Work*>(context))(part); },
-          const_cast<std::remove_const_t<Work>*>(&work), parts});
+    carry_out([](void* context, unsigned part) { (*static_cast<Work*>(context))(part); },
+              const_cast<std::remove_const_t<Work>*>(&work), parts);
   }
 
  private:
-  struct Job {
-    void (*call)(void* context, unsigned part) = nullptr;
-    void* context = nullptr;
-    unsigned parts = 0;
-  };
-  /// What one thread took part in.
-  struct alignas(64) Member {
-    std::atomic<std::uint32_t> calls{0};  ///< that it has got
-    unsigned failed = 0;                  ///< the part that threw `error`
-    std::exception_ptr error;
-    std::thread thread;  ///< none of the first, the caller
-  };
+  using Call = void (*)(void* context, unsigned part);
 
-  void call(const Job& job);
+  void carry_out(Call call, void* context, unsigned parts);
   void start();
-  void serve(unsigned member);
-  void take_part(unsigned member);
-  void throw_on(unsigned called);
+  void serve();
+  void help();
+  void finish(unsigned part, Call call, void* context);
+  void throw_on(unsigned parts);
 
-  unsigned threads_;
   std::uint32_t least_;
   bool awake_;  ///< whoever waits, for a little while: there is a processor for everybody
   bool started_ = false;
-  std::vector<Member> members_;
-  // Of the work that is under way; the members' calls publish it.
-  Job job_;
-  CallSite* site_ = nullptr;
-  bool over_ = false;
-  alignas(64) std::atomic<std::uint32_t> at_work_{0};
+  std::vector<std::exception_ptr> errors_;  ///< by part
+  std::vector<std::thread> others_;
+
+  // The present work. Whoever takes a part by the ticket has read what it belongs to: it changes
+  // when all parts have ended only.
+  std::atomic<Call> call_ = nullptr;
+  std::atomic<void*> context_ = nullptr;
+  std::atomic<unsigned> parts_ = 0;
+  std::atomic<CallSite*> site_ = nullptr;
+  std::atomic<bool> over_ = false;
+  alignas(64) std::atomic<std::uint64_t> ticket_ = 0;  ///< number of the work, then the next part
+  alignas(64) std::atomic<std::uint32_t> works_ = 0;   ///< so far: what the others wait for
+  alignas(64) std::atomic<std::uint32_t> left_ = 0;    ///< parts that have not ended
 };
 
 /// A part of [0, count).
