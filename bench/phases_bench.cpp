@@ -98,6 +98,7 @@ void mechanics(benchmark::State& state) {
       cells.vx = start.vx;
       cells.vy = start.vy;
       solver.run(constants, body.state(), {});
+      solver.list_contacts(body.state().contacts);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
@@ -219,11 +220,16 @@ void first_hits(benchmark::State& state) {
       const double x = rng.uniform(-30, 30), y = rng.uniform(-30, 30);
       path = {x, y, x + rng.uniform(-0.5, 0.5), y + rng.uniform(-0.5, 0.5)};
     }
+    std::vector<model::Disc> discs;
+    for (const std::uint32_t i : cells.order)
+      discs.push_back({cells.x[i], cells.y[i], cells.radius[i], 0.1});
+    model::DiscBins bins;
+    bins.sort(discs, 1.2);
     model::HitFinder finder;
     for (auto _ : state) {
-      finder.prepare(cells);
+      finder.prepare(cells, bins);
       std::int32_t total = 0;
-      for (const Segment& path : paths) total += finder.first(cells, path);
+      for (const Segment& path : paths) total += finder.first(path);
       benchmark::DoNotOptimize(total);
     }
     state.counters["time/path"] = time_per(state, static_cast<double>(paths.size()));
