@@ -72,10 +72,10 @@ void compare_cell(const model::WorldState& state, std::uint32_t i, const Cell& c
     comparison.look(what, engine, reference);
   };
   look("state", cells.state[i], cell.state);
-  look("x", cells.x[i], cell.x);
-  look("y", cells.y[i], cell.y);
   look("vx", cells.vx[i], cell.vx);
   look("vy", cells.vy[i], cell.vy);
+  look("x", cells.x[i], cell.x);
+  look("y", cells.y[i], cell.y);
   look("radius", cells.radius[i], cell.radius);
   look("energy", cells.energy[i], cell.energy);
   look("ambrosia", cells.ambrosia[i], cell.ambrosia);
@@ -220,6 +220,14 @@ std::optional<Difference> compare(const model::Simulation& simulation, const Wor
   compare_cells(state, world, comparison);
   compare_organisms(state, world, comparison);
   compare_surroundings(state, world, comparison);
+  if (comparison.different()) return comparison.first();
+  comparison.of("world: ");
+  comparison.look("hash", simulation.hash(), hash_of(world));
+  const std::vector<Outcome> engine = simulation.outcomes(), reference = outcomes_of(world);
+  for (std::size_t r = 0; r < reference.size(); ++r) {
+    comparison.of("place " + std::to_string(r) + " of the roster: ");
+    compare_outcomes(engine[r], reference[r], comparison);
+  }
   return comparison.first();
 }
 
@@ -228,8 +236,9 @@ Twins::Twins(const model::Ecosystem& ecosystem, std::span<const model::RosterEnt
     : engine_(ecosystem, roster, seed), reference_(found(ecosystem, roster, seed)) {}
 
 std::optional<Difference> Twins::step() {
-  engine_.step();
+  // The reference first: scripted controllers of tests look at the engine's world.
   reference::step(reference_);
+  engine_.step();
   return compare(engine_, reference_);
 }
 

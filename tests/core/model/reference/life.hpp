@@ -18,6 +18,8 @@ namespace somas::reference {
 /// The ten phases of docs/model.md, section 0.
 void step(World& world);
 
+/// What Simulation::hash says of such a world.
+[[nodiscard]] std::uint64_t hash_of(const World& world);
 /// One per roster entry, in roster order.
 [[nodiscard]] std::vector<Outcome> outcomes_of(const World& world);
 

@@ -107,6 +107,7 @@ Vector force_on(World& world, const Cell& cell, const Vector& crawl) {
   const model::Mechanics& m = world.config().mechanics;
   Vector force{(cell.force_x + crawl.x) - m.drag * cell.vx,
                (cell.force_y + crawl.y) - m.drag * cell.vy};
+  if (cell.force_x != 0 || cell.force_y != 0) ++world.events.forces_from_outside;
   const bool descending = world.mistake == Mistake::forces_descending;
   each_partner(world, cell, descending, [&](const Cell& other, const Pair& pair) {
     double pull = pair.spring.adhesion * (pair.distance - 0.5 * pair.radii);
@@ -140,17 +141,20 @@ void substep(World& world, const std::vector<Vector>& crawl) {
 /// Contacts, pressure and stress at the present places.
 void look_round(World& world, Cell& cell) {
   double pushes = 0, xx = 0, xy = 0, yy = 0;
-  cell.contacts.clear();
-  each_partner(world, cell, false, [&](const Cell& other, const Pair& pair) {
+  std::vector<Name> contacts;
+  const bool descending = world.mistake == Mistake::stress_descending;
+  each_partner(world, cell, descending, [&](const Cell& other, const Pair& pair) {
     pushes += pair.push;
     xx += pair.push * pair.nx * pair.nx;
     xy += pair.push * pair.nx * pair.ny;
     yy += pair.push * pair.ny * pair.ny;
-    if (pair.spring.contact) cell.contacts.push_back(other.name);
+    if (pair.spring.contact) contacts.push_back(other.name);
     if (other.name.organism == cell.name.organism) return;
     ++world.events.stranger_touches;
     if (pair.spring.contact) ++world.events.stranger_contacts;
   });
+  std::sort(contacts.begin(), contacts.end());
+  cell.contacts = contacts;
   cell.pressure = pushes / (pushes + world.config().mechanics.pressure_scale);
   cell.stress_xx = xx;
   cell.stress_xy = xy;

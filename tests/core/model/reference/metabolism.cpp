@@ -35,8 +35,12 @@ std::vector<Portion> portions_of(World& world, std::size_t r) {
     portion.amount = std::min(wish, room_of(world, cell));
     if (portion.amount > 0) portion.square = grid.index_of(cell.x, cell.y);
     if (portion.square < 0) portion.amount = 0;
-    if (portion.square >= 0) demanded[portion.square] += portion.amount;
     if (portion.square >= 0) ++askers[portion.square];
+  }
+  for (std::size_t k = 0; k < portions.size(); ++k) {
+    const bool descending = world.mistake == Mistake::demands_descending;
+    const Portion& portion = portions[descending ? portions.size() - 1 - k : k];
+    if (portion.square >= 0) demanded[portion.square] += portion.amount;
   }
   for (Portion& portion : portions) {
     if (portion.square < 0) continue;
@@ -78,7 +82,7 @@ void take_up(World& world) {
 }
 
 void convert(World& world) {
-  for (const std::size_t i : world.seen_order()) {
+  for (const std::size_t i : world.booking_order()) {
     Cell& cell = world.cells[i];
     const double burnt = std::min(
         share(cell.outputs[world.outputs_of(cell).conversion]) * cell.ambrosia, 1.0 - cell.energy);
@@ -106,9 +110,10 @@ void diffuse(World& world) {
   }
   for (const Cell& cell : world.cells) {
     Trade& trade = trades[cell.name];
+    std::vector<Name> givers = cell.contacts;
+    if (world.mistake == Mistake::gifts_descending) std::reverse(givers.begin(), givers.end());
     double incoming = 0;
-    for (const Name& giver : cell.contacts)
-      incoming += trades[giver].efficiency * trades[giver].offer;
+    for (const Name& giver : givers) incoming += trades[giver].efficiency * trades[giver].offer;
     const bool too_much = incoming > trade.room;
     trade.accepted = too_much ? trade.room / incoming : 1.0;
     trade.gain = too_much ? trade.room : incoming;
@@ -140,7 +145,7 @@ void pay(World& world) {
                                          {Action::division, costs.division_cost},
                                          {Action::specialization, costs.specialization_cost},
                                          {Action::apoptosis, costs.apoptosis_cost}};
-  for (const std::size_t i : world.seen_order()) {
+  for (const std::size_t i : world.booking_order()) {
     Cell& cell = world.cells[i];
     const model::State& state = world.state_of(cell);
     const double crawling = costs.motility_cost * std::abs(state.motility);

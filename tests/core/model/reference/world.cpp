@@ -25,7 +25,8 @@ void Events::add(const Events& other) {
   scarce_demands += other.scarce_demands, crowded_rooms += other.crowded_rooms;
   coincident_pairs += other.coincident_pairs;
   stranger_touches += other.stranger_touches, stranger_contacts += other.stranger_contacts;
-  crawls += other.crawls, hits += other.hits, random_axes += other.random_axes;
+  crawls += other.crawls, forces_from_outside += other.forces_from_outside, hits += other.hits,
+      random_axes += other.random_axes;
   for (const auto& [cause, count] : other.deaths) deaths[cause] += count;
 }
 
@@ -41,6 +42,13 @@ std::vector<std::size_t> World::seen_order() const {
     return std::tuple(cells[a].name.organism, cells[a].state, cells[a].name.id) <
            std::tuple(cells[b].name.organism, cells[b].state, cells[b].name.id);
   });
+  return order;
+}
+
+std::vector<std::size_t> World::booking_order() const {
+  if (mistake != Mistake::books_by_name) return seen_order();
+  std::vector<std::size_t> order(cells.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
   return order;
 }
 

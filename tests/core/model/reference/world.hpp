@@ -110,15 +110,19 @@ class PlainTable final : public Table {
 /// A fault put into the reference on purpose, to see that a comparison finds it.
 enum class Mistake {
   none,
-  no_damper,          ///< of pairs
-  forces_descending,  ///< a cell's partners in descending order
-  late_adhesion,      ///< adhesion only between cells that do not overlap
-  share_of_all,       ///< scarce squares give equal parts
-  own_gift_first,     ///< room is measured after a cell's own gifts
-  divisions_first,    ///< before specializations
-  second_cause,       ///< the last cause of death counts
-  last_hit,           ///< a segment stops at the last cell that it meets
-  spread_first,       ///< before evaporation, which then rounds differently
+  no_damper,           ///< of pairs
+  forces_descending,   ///< a cell's partners in descending order
+  stress_descending,   ///< likewise
+  gifts_descending,    ///< a cell's givers in descending order
+  demands_descending,  ///< the cells on a square in descending order
+  books_by_name,       ///< energy burnt and spent in canonical order
+  late_adhesion,       ///< adhesion only between cells that do not overlap
+  share_of_all,        ///< scarce squares give equal parts
+  own_gift_first,      ///< room is measured after a cell's own gifts
+  divisions_first,     ///< before specializations
+  second_cause,        ///< the last cause of death counts
+  last_hit,            ///< a segment stops at the last cell that it meets
+  spread_first,        ///< before evaporation, which then rounds differently
 };
 
 /// What happened so far, to see that a comparison saw it.
@@ -128,7 +132,7 @@ struct Events {
   std::uint64_t gifts = 0, gifts_to_strangers = 0, shrunk_gifts = 0, legacies = 0;
   std::uint64_t scarce_demands = 0, crowded_rooms = 0;
   std::uint64_t coincident_pairs = 0, stranger_touches = 0, stranger_contacts = 0;
-  std::uint64_t crawls = 0, hits = 0, random_axes = 0;
+  std::uint64_t crawls = 0, forces_from_outside = 0, hits = 0, random_axes = 0;
   std::map<std::string, std::uint64_t> deaths;  ///< by name of the cause
 
   void add(const Events& other);
@@ -163,6 +167,8 @@ struct World {
   [[nodiscard]] Cell& find(const Name& name);
   /// Places in `cells` by ascending (organism, state, id): the order in which plugins see cells.
   [[nodiscard]] std::vector<std::size_t> seen_order() const;
+  /// In which energy is booked: that order, too.
+  [[nodiscard]] std::vector<std::size_t> booking_order() const;
 };
 
 /// A controller's output read as a share: clamped to [0, 1], NaN as 0.
