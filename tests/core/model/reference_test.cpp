@@ -2,6 +2,7 @@
 // and a reference that errs is found out. Among the bundled plugins:
 // tests/plugins/experiments/reference_test.cpp.
 #include <functional>
+#include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -18,13 +19,15 @@ using model::test::Dice;
 using model::test::Handles;
 using model::test::Placed;
 
-/// Rays from all sides that burn the first cell they meet.
+/// Rays from all sides that burn the first cell they meet, and values of every rule of division.
 model::NamedEnvironment rays() {
   auto handles = std::make_shared<Handles>();
   auto toy = std::make_shared<model::test::ToyEnvironment>();
   toy->on_declare = [=](Declare& d) {
     handles->hazard = d.hazard("ray", d.skill("resistance", {}));
     handles->purpose = d.purpose("rays");
+    handles->value = d.cell_value("burns", OnDivision::copy);
+    handles->scalar = d.cell_value("burns_of_its_own", OnDivision::zero);
     d.acts_in(Phase::stress);
   };
   toy->on_act = [=](Phase, somas::World& world) {
@@ -34,10 +37,27 @@ model::NamedEnvironment rays() {
                          rng.uniform(-8, 8)};
       std::int32_t hit = -1;
       world.first_hit({&path, 1}, {&hit, 1});
-      if (hit >= 0) world.strike(static_cast<std::uint32_t>(hit), handles->hazard, 0.1);
+      if (hit < 0) continue;
+      const auto cell = static_cast<std::uint32_t>(hit);
+      world.strike(cell, handles->hazard, 0.1);
+      world.cell_value(handles->value)[cell] += 1;
+      world.cell_value(handles->scalar)[cell] += 1;
     }
   };
   return {"rays", toy};
+}
+
+/// Now and then something that is no share.
+void write_nonsense(const model::test::Lane& lane) {
+  const float odd[] = {std::numeric_limits<float>::quiet_NaN(),
+                       std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity(), -3.0f, 40.0f};
+  const char* outputs[] = {"quiescence", "division",    "specialize.leaf", "apoptosis",
+                           "conversion", "morphogen.1", "diffusion",       "uptake.food"};
+  for (std::uint64_t o = 0; o < std::size(outputs); ++o) {
+    const float draw = model::test::noise(lane.id, lane.step, 100 + o);
+    if (draw < 0.1f) lane.out(outputs[o], odd[static_cast<std::size_t>(draw * 50)]);
+  }
 }
 
 /// A world in which everything happens to three organisms that begin side by side.
@@ -49,6 +69,10 @@ struct BusyWorld {
     Busy().set_up(bench);
     bench.environments.push_back(rays());
     bench.config.strangers = strangers;
+    bench.script = [sensible = bench.script](const model::test::Lane& lane) {
+      sensible(lane);
+      write_nonsense(lane);
+    };
     bench.config.metabolism.motility_cost = 0.003;
     bench.states[0].skills["production"] = 2.9;  // demands that are rounded
     bench.states[0].motility = 0.4;
@@ -193,8 +217,8 @@ TEST(Reference, ThatErrsIsFoundOutByTheFirstThingThatItGetsWrong) {
                           {Mistake::share_of_all, ": ambrosia"},
                           {Mistake::own_gift_first, ": ambrosia"},
                           {Mistake::divisions_first, ": ambrosia"},
-                          {Mistake::second_cause, ": deaths by cause 1"},
-                          {Mistake::last_hit, ": damage"},
+                          {Mistake::second_cause, ": deaths by cause 4"},
+                          {Mistake::last_hit, ": cell value"},
                           {Mistake::spread_first, ": morphogen 0 at column 35, row 30"}};
   for (const Fault& fault : faults) {
     const auto difference = difference_by(fault.mistake);
@@ -237,7 +261,10 @@ std::vector<Change> changes_of_a_cell() {
           cell("state", [](Cell& c) { c.state ^= 1; }),
           cell("parent", [](Cell& c) { ++c.parent; }),
           cell("born", [](Cell& c) { ++c.born; }),
-          cell("action", [](Cell& c) { c.action = Action::none; }),
+          cell("action",
+               [](Cell& c) {
+                 c.action = c.action == Action::none ? Action::quiescence : Action::none;
+               }),
           cell("target", [](Cell& c) { ++c.target; }),
           cell("remaining", [](Cell& c) { ++c.remaining; }),
           cell("dead", [](Cell& c) { c.dead = true; }),

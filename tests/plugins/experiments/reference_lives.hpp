@@ -121,7 +121,8 @@ class Heap {
     cells.state[i] = static_cast<std::uint16_t>(rng_.below(states.size()));
     const model::State& state = states[cells.state[i]];
     place(i);
-    cells.vx[i] = rng_.uniform(-2, 2), cells.vy[i] = rng_.uniform(-2, 2);
+    const double speed = rng_.chance(0.1) ? 60 : 2;
+    cells.vx[i] = rng_.uniform(-speed, speed), cells.vy[i] = rng_.uniform(-speed, speed);
     cells.radius[i] = state.radius * (rng_.chance(0.3) ? rng_.uniform(1, 1.4) : 1.0);
     cells.energy[i] = rng_.uniform(0, 1);
     cells.ambrosia[i] = rng_.uniform(0, state.skill(model::skill_capacity));
