@@ -163,7 +163,7 @@ class Heap {
     switch (rng_.below(12)) {
       case 0:  // at another's place, or beside it
       case 1:
-        if (i > 0) cells.x[i] = cells.x[i - 1];
+        if (i > 0) cells.x[i] = cells.x[i - 1] + (rng_.chance(0.3) ? 1e-11 : 0.0);
         if (i > 0 && rng_.chance(0.7)) cells.y[i] = cells.y[i - 1];
         return;
       case 2:  // a corner of a square
