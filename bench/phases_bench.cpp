@@ -114,6 +114,7 @@ void mechanics(benchmark::State& state) {
       cells.vx = start.vx;
       cells.vy = start.vy;
       solver.run(constants, body.state(), {});
+      solver.list_contacts(body.state().contacts);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
@@ -231,6 +232,15 @@ BENCHMARK(controller_step_52_proteins)
 
 // ---- aggression --------------------------------------------------------------------------------
 
+model::DiscBins bins_of(const model::CellStore& cells) {
+  std::vector<model::Disc> discs;
+  for (const std::uint32_t i : cells.order)
+    discs.push_back({cells.x[i], cells.y[i], cells.radius[i], 0.1});
+  model::DiscBins bins;
+  bins.sort(discs, 1.2);
+  return bins;
+}
+
 // The first cell met by each of many short paths across the body and round it, ten for each cell;
 // the sorting of cells included.
 void first_hits(benchmark::State& state) {
@@ -245,10 +255,11 @@ void first_hits(benchmark::State& state) {
       path = {x, y, x + rng.uniform(-0.5, 0.5), y + rng.uniform(-0.5, 0.5)};
     }
     std::vector<std::int32_t> hits(paths.size());
+    const model::DiscBins bins = bins_of(cells);
     model::HitFinder finder;
     for (auto _ : state) {
-      finder.prepare(cells);
-      finder.first(cells, paths, hits);
+      finder.prepare(cells, bins);
+      finder.first(paths, hits);
       benchmark::DoNotOptimize(hits.data());
       benchmark::ClobberMemory();
     }
@@ -266,7 +277,8 @@ void particles(benchmark::State& state) {
     Colonies& world = colonies_of(cells_of(state));
     model::WorldState& here = world.simulation().mutable_state();
     model::FloatMatrix no_inputs;
-    model::WorldView view(*world.experiment().ecosystem, here, no_inputs);
+    const model::DiscBins bins = bins_of(here.cells);
+    model::WorldView view(*world.experiment().ecosystem, here, no_inputs, bins);
     int steps = 0;
     double rows = 0;
     for (auto _ : state) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "somas/sdk/math.hpp"
@@ -62,28 +63,15 @@ class PairReader {
     g.ny = dy * inverse;
   }
 
-  /// What stays the same while the pairs and the radii do.
-  void constants(std::size_t p, PairConstants& constants) const {
-    // Stiffness, adhesion, range and contact.
-    Four spring[4];
-    const Spring* common = table_.common();
-    if (common == nullptr) {
-      read_columns(this->spring(p), this->spring(p + 1), this->spring(p + 2), this->spring(p + 3),
-                   spring);
-    } else {
-      spring[0] = common->stiffness + Four{};
-      spring[1] = common->adhesion + Four{};
-      spring[2] = common->range + Four{};
-      spring[3] = common->contact + Four{};
-    }
-    constants.radii =
-        Four{first(p).radius, first(p + 1).radius, first(p + 2).radius, first(p + 3).radius} +
-        Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
-    const Four reach = spring[2] * constants.radii;
-    constants.reach_square = reach * reach;
-    constants.stiffness = spring[0];
-    constants.adhesion = spring[1];
-    constants.contact = spring[3];
+  [[nodiscard]] Four radii(std::size_t p) const {
+    return Four{first(p).radius, first(p + 1).radius, first(p + 2).radius, first(p + 3).radius} +
+           Four{second(p).radius, second(p + 1).radius, second(p + 2).radius, second(p + 3).radius};
+  }
+
+  void springs(std::size_t p, FourSprings& four) const {
+    Four column[4];
+    read_columns(spring(p), spring(p + 1), spring(p + 2), spring(p + 3), column);
+    four = {column[0], column[1], column[2], column[3]};
   }
 
   /// Calls visit(pair) for all pairs of which the first and second cell are at the same place.
@@ -117,16 +105,16 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
   list_constants();  // radii and states may have changed
   for (std::uint32_t s = 0; s < constants.substeps; ++s) {
     if (external && s > 0) store(cells);
-    if (external || s == 0) load_external(external);
-    substep(constants, world);
-    if (!pairs_.stale(bodies_, table_.range())) continue;
+    if (external || s == 0) load_external(external, cells);
+    compute_forces(constants.damping, world);
+    if (!move(constants)) continue;
     find_pairs(constants);
     list_constants();
   }
   store(cells);
   compute_stresses(world);
   sum_stresses(constants.pressure_scale, cells);
-  list_contacts(world);
+  place_ = cells.order;
 }
 
 void MechanicsSolver::load(const WorldState& world) {
@@ -145,11 +133,14 @@ void MechanicsSolver::load(const WorldState& world) {
   }
 }
 
-void MechanicsSolver::load_external(const ExternalForces& external) {
+void MechanicsSolver::load_external(const ExternalForces& external, const CellStore& cells) {
+  external_.clear();
+  if (!external && motility_.resting()) return;
   external_x_.assign(bodies_.size(), 0.0);
   external_y_.assign(bodies_.size(), 0.0);
   if (external) external(external_x_, external_y_);
   motility_.add(external_x_, external_y_);
+  for (const std::uint32_t i : cells.order) external_.push_back(Two{external_x_[i], external_y_[i]});
 }
 
 void MechanicsSolver::store(CellStore& cells) const {
@@ -171,43 +162,43 @@ void MechanicsSolver::find_pairs(const Mechanics& constants) {
   pair_stress_.resize(2 * room);
   touching_first_.resize(2 * room);
   touching_second_.resize(2 * room);
-  pair_constants_.resize(2 * room / 4 + 1);
+  pair_radii_.resize(2 * room / 4 + 1);
+  pair_springs_.resize(2 * room / 4 + 1);
 }
 
 void MechanicsSolver::list_constants() {
   const PairReader reader(pairs_, bodies_, table_);
-  for (std::size_t p = 0; p < pairs_.first().size(); p += 4)
-    reader.constants(p, pair_constants_[p / 4]);
-}
-
-void MechanicsSolver::substep(const Mechanics& constants, const WorldState& world) {
-  compute_forces(constants.damping, world);
-  sum_forces(constants.drag, world);
-  // Semi-implicit Euler.
-  const double h = constants.time_step;
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    Body& body = bodies_[k];
-    body.vx += h * (force_[k][0] * body.inverse_mass);
-    body.vy += h * (force_[k][1] * body.inverse_mass);
-    body.x += h * body.vx;
-    body.y += h * body.vy;
-  }
+  const std::size_t count = pairs_.first().size();
+  for (std::size_t p = 0; p < count; p += 4) pair_radii_[p / 4] = reader.radii(p);
+  const Spring* common = table_.common();
+  springs_stride_ = common == nullptr ? 1 : 0;
+  if (count == 0) return;
+  if (common != nullptr)
+    pair_springs_[0] = {common->stiffness + Four{}, common->adhesion + Four{},
+                        common->range + Four{}, common->contact + Four{}};
+  else
+    for (std::size_t p = 0; p < count; p += 4) reader.springs(p, pair_springs_[p / 4]);
 }
 
 void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
   const PairReader reader(pairs_, bodies_, table_);
+  const std::size_t count = pairs_.first().size(), stride = springs_stride_;
+  const Four* radii_of = pair_radii_.data();
+  const FourSprings* springs_of = pair_springs_.data();
+  Two* force = pair_force_.data();
   FourMask together{};
   Geometry g;
-  for (std::size_t p = 0; p < pairs_.first().size(); p += 4) {
-    const PairConstants& pair = pair_constants_[p / 4];
+  for (std::size_t p = 0; p < count; p += 4) {
+    const FourSprings& spring = springs_of[p / 4 * stride];
     reader.geometry(p, g);
-    const Four overlap = pair.radii - g.distance;
-    const Four collision = overlap > 0 ? pair.stiffness * overlap : Four{};
-    const Four pull = pair.adhesion * (g.distance - 0.5 * pair.radii);
+    const Four radii = radii_of[p / 4], reach = spring.range * radii;
+    const Four overlap = radii - g.distance;
+    const Four collision = overlap > 0 ? spring.stiffness * overlap : Four{};
+    const Four pull = spring.adhesion * (g.distance - 0.5 * radii);
     const Four approach = g.vx * g.nx + g.vy * g.ny;
     const Four total =
-        pair.reach_square - g.square > 0 ? collision - pull - damping * approach : Four{};
-    write_interleaved(total * g.nx, total * g.ny, &pair_force_[p]);
+        reach * reach - g.square > 0 ? collision - pull - damping * approach : Four{};
+    write_interleaved(total * g.nx, total * g.ny, &force[p]);
     together |= g.distance <= coincident;
   }
   if (!any(together)) return;
@@ -227,22 +218,37 @@ void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
   });
 }
 
-void MechanicsSolver::sum_forces(double drag, const WorldState& world) {
+/// Sums forces in the canonical order and moves everybody by semi-implicit Euler. Returns whether
+/// pairs must be found anew.
+bool MechanicsSolver::move(const Mechanics& constants) {
   const auto count = static_cast<std::uint32_t>(bodies_.size());
   for (std::uint32_t k = 0; k < count; ++k) {
-    const std::uint32_t i = world.cells.order[k];
-    force_[k] = Two{external_x_[i] - drag * bodies_[k].vx, external_y_[i] - drag * bodies_[k].vy};
+    const Two velocity{bodies_[k].vx, bodies_[k].vy};
+    force_[k] = (external_.empty() ? Two{} : external_[k]) - constants.drag * velocity;
   }
   // What the first does to the second is exactly the opposite.
+  const std::uint32_t* first = pairs_.first().data();
   const std::uint32_t* second = pairs_.second().data();
-  for (std::uint32_t k = 0; k < count; ++k) {
-    Two own = force_[k];
-    for (std::uint32_t p = pairs_.start(k); p < pairs_.start(k + 1); ++p) {
-      own += pair_force_[p];
-      force_[second[p]] -= pair_force_[p];
-    }
-    force_[k] = own;
+  const Two* between = pair_force_.data();
+  Two* force = force_.data();
+  const std::size_t pairs = pairs_.first().size();
+  for (std::size_t p = 0; p < pairs; ++p) {
+    force[first[p]] += between[p];
+    force[second[p]] -= between[p];
   }
+  const double h = constants.time_step;
+  bool drifted = false;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    Body& body = bodies_[k];
+    Two at{body.x, body.y}, velocity{body.vx, body.vy};
+    velocity += h * (force[k] * body.inverse_mass);
+    at += h * velocity;
+    // In one store: the next to look reads all four.
+    const Four moved = __builtin_shufflevector(at, velocity, 0, 1, 2, 3);
+    std::memcpy(&body.x, &moved, sizeof moved);
+    drifted |= pairs_.drifted(k, at);
+  }
+  return drifted;
 }
 
 void MechanicsSolver::compute_stresses(const WorldState& world) {
@@ -254,16 +260,17 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
   const std::uint32_t* second = pairs_.second().data();
   const std::size_t count = pairs_.first().size();
   for (std::size_t p = 0; p < count; p += 4) {
-    const PairConstants& pair = pair_constants_[p / 4];
+    const FourSprings& spring = pair_springs_[p / 4 * springs_stride_];
     reader.geometry(p, g);
-    const Four overlap = pair.radii - g.distance;
-    const Four collision = overlap > 0 ? pair.stiffness * overlap : Four{};
+    const Four radii = pair_radii_[p / 4], reach = spring.range * radii;
+    const Four overlap = radii - g.distance;
+    const Four collision = overlap > 0 ? spring.stiffness * overlap : Four{};
     const Four along_x = collision * g.nx, along_y = collision * g.ny;
     const Four parts[4] = {collision, along_x * g.nx, along_x * g.ny, along_y * g.ny};
     transpose(parts, *reinterpret_cast<Four(*)[4]>(&pair_stress_[p]));
     // The last four may go on past the end.
     constexpr FourMask lanes{0, 1, 2, 3};
-    const FourMask contact = (pair.reach_square - g.square > 0) & (pair.contact > 0) &
+    const FourMask contact = (reach * reach - g.square > 0) & (spring.contact > 0) &
                              (lanes < static_cast<std::int64_t>(count - p));
     for (std::size_t k = 0; k < 4; ++k) {
       touching_first_[touching] = first[p + k];
@@ -302,28 +309,35 @@ void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
   }
 }
 
-void MechanicsSolver::list_contacts(WorldState& world) {
-  const std::vector<std::uint32_t>&order = world.cells.order, &rank = world.cells.rank;
-  Contacts& contacts = world.contacts;
-  // Count, then place: pair after pair, so each cell's contacts come in canonical order.
-  cursor_.assign(bodies_.size(), 0);
+void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index) {
+  std::size_t count = place_.size();
+  if (!new_index.empty())
+    for (std::uint32_t& place : place_) {
+      place = new_index[place];
+      count -= place == gone ? 1 : 0;
+    }
+  // Count, then place: pair after pair, so each cell's contacts come in canonical order. Counts
+  // stand two places on, so that places taken one on leave the starts.
+  contacts.start.assign(count + 2, 0);
+  std::size_t kept = 0;
   for (std::size_t t = 0; t < touching_count_; ++t) {
-    ++cursor_[touching_first_[t]];
-    ++cursor_[touching_second_[t]];
+    const std::uint32_t a = place_[touching_first_[t]], b = place_[touching_second_[t]];
+    if (a == gone || b == gone) continue;
+    touching_first_[kept] = a;
+    touching_second_[kept++] = b;
+    ++contacts.start[a + 2];
+    ++contacts.start[b + 2];
   }
-  contacts.start.resize(bodies_.size() + 1);
-  std::uint32_t start = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    contacts.start[i] = start;
-    start += std::exchange(cursor_[rank[i]], start);
-  }
-  contacts.start[bodies_.size()] = start;
-  contacts.items.resize(start);
-  for (std::size_t t = 0; t < touching_count_; ++t) {
+  for (std::size_t i = 2; i < contacts.start.size(); ++i)
+    contacts.start[i] += contacts.start[i - 1];
+  contacts.items.resize(2 * kept);
+  for (std::size_t t = 0; t < kept; ++t) {
     const std::uint32_t a = touching_first_[t], b = touching_second_[t];
-    contacts.items[cursor_[a]++] = order[b];
-    contacts.items[cursor_[b]++] = order[a];
+    contacts.items[contacts.start[a + 1]++] = b;
+    contacts.items[contacts.start[b + 1]++] = a;
   }
+  contacts.start.pop_back();
+  touching_count_ = 0;
 }
 
 }  // namespace somas::model

@@ -1,10 +1,12 @@
-// Pairs of neighbours, found on a counting-sort grid, anew only when something moved or grew far
-// enough.
+// Pairs of neighbours, found in bins, anew only when something moved or grew far enough.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "core/model/disc_bins.hpp"
+#include "core/model/lanes.hpp"
 
 namespace somas::model {
 
@@ -23,8 +25,16 @@ struct alignas(64) Body {
 class NeighbourPairs {
  public:
   void build(std::span<const Body> bodies, double range, double skin, double time = 0);
-  /// Whether a pair may have come within reach that was not found.
-  [[nodiscard]] bool stale(std::span<const Body> bodies, double range) const;
+  /// Whether a pair may have come within reach that was not found. Where not, `drifted` knows of
+  /// the bodies' present radii.
+  [[nodiscard]] bool stale(std::span<const Body> bodies, double range);
+  /// Whether a body that is now at `at` may have come within reach of one that is not its
+  /// neighbour: its radius is what it was at the last `build` or `stale`.
+  [[nodiscard]] bool drifted(std::uint32_t body, Two at) const {
+    const Two way = at - Two{built_[body].x, built_[body].y};
+    const Two square = way * way;
+    return !(square[0] + square[1] < safe_square_[body]);  // a NaN is never safe
+  }
 
   /// Members of all pairs: (first()[p], second()[p]). The memory goes on to a multiple of four
   /// pairs, repeating the last one.
@@ -33,19 +43,18 @@ class NeighbourPairs {
   /// The pairs of which `body` is the first are start(body) .. start(body + 1).
   [[nodiscard]] std::uint32_t start(std::uint32_t body) const { return start_[body]; }
 
+  /// The bodies as they were when pairs were found, each with its margin: not stale, a body is
+  /// within its margin of its place there.
+  [[nodiscard]] const DiscBins& bins() const { return bins_; }
+
  private:
-  /// A body as it was when pairs were found.
-  struct Disc {
-    double x, y, radius, margin;
-  };
   struct Pair {
     std::uint32_t first, second;
   };
-  void sort_into_bins(double reach);
   void find();
-  [[nodiscard]] std::uint32_t* collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
-                                       std::uint32_t* near) const;
-  void take(std::uint32_t item, std::span<const std::uint32_t> near);
+  void find_of_bin(std::uint32_t row, std::uint32_t column);
+  void collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end);
+  void drop_distant(std::size_t from);
   void sort();
   void pad();
 
@@ -53,15 +62,12 @@ class NeighbourPairs {
   double range_ = 1;
   std::size_t count_ = 0;
   std::vector<std::uint32_t> first_, second_, start_;
-  std::vector<Pair> found_, sorted_;
-  std::vector<std::uint32_t> by_second_, near_;
-  std::vector<Disc> built_;
-  // The grid of bins: those of bin b are bin_items_[bin_start_[b]] .. bin_items_[bin_start_[b+1]],
-  // with room to read four at a time.
-  double left_ = 0, bottom_ = 0, bin_side_ = 1;
-  std::uint32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> bin_of_, bin_start_, bin_items_;
-  std::vector<double> bin_x_, bin_y_, bin_extent_;  ///< extent: its part of the greatest distance
+  std::vector<std::uint32_t> found_first_, found_second_;  ///< as they are found
+  std::vector<Pair> sorted_;
+  std::vector<std::uint32_t> by_second_;
+  std::vector<Disc> built_;          ///< bodies as they were when pairs were found
+  std::vector<double> safe_square_;  ///< of the way from there within which no pair is missed
+  DiscBins bins_;
 };
 
 }  // namespace somas::model

@@ -15,7 +15,7 @@ namespace somas::model {
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
                        std::uint64_t seed)
     : ecosystem_(ecosystem),
-      view_(ecosystem, state_, inputs_),
+      view_(ecosystem, state_, inputs_, mechanics_.bins()),
       mechanics_(ecosystem.config().strangers) {
   state_.seed = seed;
   found(roster);
@@ -100,7 +100,12 @@ bool Simulation::step() {
   if (changed) timed(StepPhase::cycle, [this] { reorganise(); });
   timed(StepPhase::mechanics, [this] { move(); });
   timed(StepPhase::stress, [this] { view_.act(Phase::stress); });
-  timed(StepPhase::deaths, [this] { bury(); });
+  bool buried = false;
+  timed(StepPhase::deaths, [&] { buried = bury(); });
+  timed(StepPhase::mechanics, [&] {
+    mechanics_.list_contacts(state_.contacts, buried ? reorganiser_.new_index()
+                                                     : std::span<const std::uint32_t>{});
+  });
   timed(StepPhase::observe, [this] { end_step(); });
   return !state_.finished;
 }
@@ -357,7 +362,7 @@ void Simulation::move() {
   mechanics_.run(ecosystem_.config().mechanics, state_, external);
 }
 
-void Simulation::bury() {
+bool Simulation::bury() {
   CellStore& cells = state_.cells;
   const double limit = ecosystem_.config().radius * ecosystem_.config().radius;
   dead_.resize(cells.size());
@@ -375,7 +380,8 @@ void Simulation::bury() {
     ++state_.organisms[cells.organism[i]].deaths[cells.cause[i]];
     lose(i, cells.cause[i] == cause_outside ? &Ledger::lost_outside : &Ledger::lost_death);
   });
-  if (any) remove(cells.dead);
+  if (any) reorganiser_.run(cells, cells.dead);
+  return any;
 }
 
 void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
@@ -387,11 +393,6 @@ void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
   if (--organism.live > 0) return;
   organism.outcome.survival = state_.step;
   organism.fields = MorphogenFields(ecosystem_.config().morphogens);
-}
-
-void Simulation::remove(std::span<const std::uint8_t> marked) {
-  reorganiser_.run(state_.cells, marked);
-  state_.contacts.remap(reorganiser_.new_index());
 }
 
 std::uint32_t Simulation::wound(const Wound& wound) {
@@ -406,7 +407,8 @@ std::uint32_t Simulation::wound(const Wound& wound) {
     lose(i, &Ledger::lost_death);
   }
   if (removed == 0) return 0;
-  remove(marked);
+  reorganiser_.run(state_.cells, marked);
+  state_.contacts.remap(reorganiser_.new_index());
   const bool over = cells.size() == 0 && !state_.finished;
   if (over) finish();
   return removed;

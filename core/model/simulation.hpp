@@ -100,9 +100,8 @@ class Simulation {
   void deposit_stripes(unsigned set, unsigned sets);
   void reorganise();
   void move();
-  void bury();
+  [[nodiscard]] bool bury();
   void lose(std::uint32_t cell, Sum Ledger::*lost);
-  void remove(std::span<const std::uint8_t> marked);
   void end_step();
   void finish();
 
