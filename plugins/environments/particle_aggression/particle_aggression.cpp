@@ -121,12 +121,12 @@ struct ParticleAggression::Box {
 /// Particles that fly side by side.
 struct ParticleAggression::Block {
   std::size_t count = 0;
-  std::array<double, most_paths> x, y;           ///< where they come to
-  std::array<std::int64_t, most_paths> near;     ///< 1: may meet a cell on the way
-  std::array<std::int64_t, most_paths> leaves;   ///< 1: past the far side
-  std::array<std::uint32_t, most_paths> place;   ///< in the block, of those that are near
-  std::array<Segment, most_paths> paths;         ///< theirs
-  std::array<std::int32_t, most_paths> hits;     ///< theirs
+  std::array<double, most_paths> x, y;          ///< where they come to
+  std::array<std::int64_t, most_paths> near;    ///< 1: may meet a cell on the way
+  std::array<std::int64_t, most_paths> leaves;  ///< 1: past the far side
+  std::array<std::uint32_t, most_paths> place;  ///< in the block, of those that are near
+  std::array<Segment, most_paths> paths;        ///< theirs
+  std::array<std::int32_t, most_paths> hits;    ///< theirs
   std::size_t near_count = 0;
 };
 
