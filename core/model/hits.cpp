@@ -38,7 +38,8 @@ void HitFinder::mark_inhabited() {
   around_.assign(bins, 0);
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c)
-      inhabited_[c + 1] = bins_->start(r * columns + c) != bins_->start(r * columns + c + 1) ? 1 : 0;
+      inhabited_[c + 1] =
+          bins_->start(r * columns + c) != bins_->start(r * columns + c + 1) ? 1 : 0;
     const std::uint8_t* here = inhabited_.data();
     for (std::size_t near = r > 0 ? r - 1 : 0; near < std::min(r + 2, rows); ++near)
       for (std::size_t c = 0; c < columns; ++c)
@@ -98,7 +99,8 @@ std::int32_t HitFinder::first(const Segment& s) const {
       const EightMask near =
           (dx * dx + dy * dy <= reach * reach) & (lanes < static_cast<std::int32_t>(end - k));
       for (std::uint32_t set = bits_of(near); set != 0; set &= set - 1) {
-        const std::uint32_t place = bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
+        const std::uint32_t place =
+            bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
         const std::uint32_t i = cells_->order[place];
         const double t = meeting(s, cells_->x[i], cells_->y[i], cells_->radius[i]);
         if (t < 0 || t > best_distance || (t == best_distance && place > best)) continue;

@@ -30,8 +30,9 @@ class MechanicsSolver {
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   /// Motile cells crawl with forces found once, at the positions at the start.
   void run(const Mechanics& constants, WorldState& world, const ExternalForces& external);
-  /// The contacts at the positions that the last `run` left. Cells may have been removed since then:
-  /// `new_index` is by the index during the run (core/model/cells.hpp), or empty when none were.
+  /// The contacts at the positions that the last `run` left. Cells may have been removed since
+  /// then: `new_index` is by the index during the run (core/model/cells.hpp), or empty when none
+  /// were.
   void list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index = {});
 
   /// The cells, in canonical order, where the last `run` left them or within their margins of it.
@@ -66,6 +67,7 @@ class MechanicsSolver {
   /// Of pairs in contact, the first `touching_count_`: both places in canonical order.
   std::vector<std::uint32_t> touching_first_, touching_second_;
   std::size_t touching_count_ = 0;
+  std::vector<std::uint32_t> lower_, higher_;  ///< by index: contacts that come before and after it
   std::vector<std::uint32_t> place_;  ///< of each cell, in canonical order: its index, or `gone`
 };
 
