@@ -8,6 +8,7 @@
 
 #include "somas/sdk/rng.hpp"
 
+#include "bench/colonies.hpp"
 #include "core/evolution/heredity.hpp"
 #include "core/model/mechanics.hpp"
 #include "core/run/files.hpp"
@@ -64,10 +65,10 @@ const run::Champion& champion() {
 }
 
 Body::Body(std::uint32_t cells)
-    : phenotype_(shipped().ecosystem->express(champion().individual.genome)) {
+    : experiment_(cells <= 250 ? experiment_1() : experiment_1(scaled_world(cells))),
+      phenotype_(ecosystem().express(champion().individual.genome)) {
   const model::RosterEntry founder{.phenotype = &phenotype_, .key = 1};
-  simulation_ =
-      std::make_unique<model::Simulation>(*shipped().ecosystem, std::span(&founder, 1), 1);
+  simulation_ = std::make_unique<model::Simulation>(ecosystem(), std::span(&founder, 1), 1);
 
   model::CellStore& store = state().cells;
   model::OrganismState& organism = state().organisms.front();
@@ -92,7 +93,7 @@ Body::Body(std::uint32_t cells)
   }
   simulation_->restructured();
   model::MechanicsSolver mechanics;
-  mechanics.run(shipped().ecosystem->config().mechanics, state(), {});
+  mechanics.run(ecosystem().config().mechanics, state(), {});
   mechanics.list_contacts(state().contacts);
 }
 

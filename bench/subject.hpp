@@ -26,16 +26,19 @@ namespace somas::bench {
 [[nodiscard]] const run::Champion& champion();
 
 /// A simulation of the champion whose founder has become a round body of `cells` cells: a jittered
-/// hexagonal lattice near rest distance, nutritive inside, defensive outside, all of them
-/// quiescent, with the contacts of one step of mechanics.
+/// hexagonal lattice near rest distance, numbered from the middle outwards, nutritive inside,
+/// defensive outside, all of them quiescent, with the contacts of one step of mechanics. Up to 250
+/// cells in the world as shipped, above in one whose grids grow with them (scaled_world).
 class Body {
  public:
   explicit Body(std::uint32_t cells);
 
+  [[nodiscard]] const model::Ecosystem& ecosystem() const { return *experiment_.ecosystem; }
   [[nodiscard]] model::WorldState& state() { return simulation_->mutable_state(); }
   [[nodiscard]] const model::Phenotype& phenotype() const { return phenotype_; }
 
  private:
+  experiment::Experiment experiment_;
   model::Phenotype phenotype_;
   std::unique_ptr<model::Simulation> simulation_;
 };

@@ -101,7 +101,7 @@ struct MorphogenElement {
 
 void describe(Describe& d, model::MorphogenGrid& m) {
   whole(d, "size", m.size, "Squares along an edge of the grid; odd, so that one is at the centre",
-        {.unit = "squares", .minimum = 1, .maximum = 2047});
+        {.unit = "squares", .minimum = 1, .maximum = 16383});
   d("side", m.side, "Edge of a square", {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
   std::string deposit = m.deposit == model::Deposit::peak ? "peak" : "share";
   d.choice("deposit", deposit, {"peak", "share"},
@@ -121,7 +121,7 @@ void describe(Describe& d, model::Config& c) {
   whole(d, "max_steps", c.max_steps, "Steps after which a simulation ends, marked censored",
         {.unit = "steps", .minimum = 1, .maximum = most_steps});
   whole(d, "max_cells", c.max_cells, "Most cells of an organism, living and being born",
-        {.unit = "cells", .minimum = 1, .maximum = 1e6});
+        {.unit = "cells", .minimum = 1, .maximum = 1e7});
   whole(d, "warm_up_steps", c.warm_up_steps, "Controller steps of a founder before step 0",
         {.unit = "steps", .minimum = 0, .maximum = 1e6});
   block(d, "morphogens", c.morphogens, "Signals between cells");

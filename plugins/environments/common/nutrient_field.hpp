@@ -27,7 +27,7 @@ struct PatchParameters {
       {.unit = "nutrient/step", .minimum = 0, .maximum = 1e9});
     d("resolution", resolution,
       "Patches along an edge of the grid; if even, edges of patches run through the origin",
-      {.unit = "patches", .minimum = 1, .maximum = 1024});
+      {.unit = "patches", .minimum = 1, .maximum = 16384});
     d("side", side, "Edge of a patch; resolution x side should span the world",
       {.unit = "length", .minimum = 1e-3, .maximum = 1e6});
     d("production_skill", production_skill,

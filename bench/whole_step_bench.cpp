@@ -1,0 +1,134 @@
+// The whole step at sizes from a small body to a million cells: what a cell-step costs, and that
+// the cost does not grow with the world.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "bench/colonies.hpp"
+#include "bench/subject.hpp"
+#include "core/model/profile.hpp"
+#include "core/model/team.hpp"
+
+namespace somas::bench {
+namespace {
+
+/// So many steps from the start the world is still what it was copied from: particles that were in
+/// flight still arrive.
+constexpr int steps_of_a_stretch = 32;
+
+/// What happened in the steps that were measured.
+struct Tally {
+  double cell_steps = 0, born = 0, died = 0, specialized = 0, particles = 0, contacts = 0;
+  std::uint32_t cells = 0;
+
+  /// A stretch is over.
+  void add(const model::WorldState& start, const model::WorldState& end) {
+    const model::OrganismState &was = start.organisms.front(), &is = end.organisms.front();
+    cell_steps += is.outcome.cell_steps - was.outcome.cell_steps;
+    born += static_cast<double>(is.outcome.divisions - was.outcome.divisions);
+    specialized += static_cast<double>(is.outcome.specializations - was.outcome.specializations);
+    for (std::size_t cause = 0; cause < is.deaths.size(); ++cause)
+      died += static_cast<double>(is.deaths[cause] - was.deaths[cause]);
+    cells = end.cells.size();
+    particles = end.tables.front().rows();
+    contacts = static_cast<double>(end.contacts.items.size());
+  }
+};
+
+void whole_step(benchmark::State& state) {
+  measure(state, [&] {
+    Colonies& world = colonies_of(static_cast<std::uint32_t>(state.range(0)));
+    model::Simulation& simulation = world.simulation();
+    Tally tally;
+    int steps = 0;
+    for (auto _ : state) {
+      if (steps == steps_of_a_stretch) {
+        state.PauseTiming();
+        tally.add(world.start(), simulation.state());
+        world.rewind();
+        steps = 0;
+        state.ResumeTiming();
+      }
+      simulation.step();
+      ++steps;
+    }
+    const auto bytes = static_cast<double>(state_bytes(simulation.state()));
+    tally.add(world.start(), simulation.state());
+    const benchmark::Counter::Flags invert{benchmark::Counter::kIsRate |
+                                           benchmark::Counter::kInvert};
+    state.counters["time/cell_step"] = {tally.cell_steps, invert};
+    state.counters["cells"] = tally.cells;
+    state.counters["births/step/cell"] = tally.born / tally.cell_steps;
+    state.counters["deaths/step/cell"] = tally.died / tally.cell_steps;
+    state.counters["specialized/step/cell"] = tally.specialized / tally.cell_steps;
+    state.counters["particles/cell"] = tally.particles / tally.cells;
+    state.counters["contacts/cell"] = tally.contacts / tally.cells;
+    state.counters["bytes/cell"] = bytes / tally.cells;
+    state.counters["heap/cell"] = static_cast<double>(world.heap_bytes()) / tally.cells;
+  });
+}
+BENCHMARK(whole_step)
+    ->ArgName("cells")
+    ->Arg(100)
+    ->Arg(300)
+    ->Arg(1'000)
+    ->Arg(10'000)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(whole_step)
+    ->ArgName("cells")
+    ->Arg(100'000)
+    ->Iterations(steps_of_a_stretch)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(whole_step)
+    ->ArgName("cells")
+    ->Arg(1'000'000)
+    ->Iterations(steps_of_a_stretch / 4)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+// The same with threads that share the world; by the clock. Beside it each phase's time, by the
+// clock of the calling thread.
+void whole_step_shared(benchmark::State& state) {
+  measure(state, [&] {
+    Colonies& world = colonies_of(static_cast<std::uint32_t>(state.range(0)));
+    model::Simulation& simulation = world.simulation();
+    model::Team team(static_cast<unsigned>(state.range(1)));
+    model::Profile profile;
+    simulation.use(&team);
+    simulation.measure(&profile);
+    double cell_steps = 0;
+    int steps = 0;
+    for (auto _ : state) {
+      if (steps++ == steps_of_a_stretch) {
+        state.PauseTiming();
+        world.rewind();
+        steps = 1;
+        state.ResumeTiming();
+      }
+      simulation.step();
+      cell_steps += simulation.state().cells.size();
+    }
+    simulation.measure(nullptr);
+    simulation.use(nullptr);
+    const benchmark::Counter::Flags invert{benchmark::Counter::kIsRate |
+                                           benchmark::Counter::kInvert};
+    state.counters["time/cell_step"] = {cell_steps, invert};
+    for (std::size_t p = 0; p < model::step_phases; ++p) {
+      const auto phase = static_cast<model::StepPhase>(p);
+      state.counters["ns:" + std::string(model::name_of(phase))] =
+          static_cast<double>(profile.phase(phase).count()) / cell_steps;
+    }
+  });
+}
+BENCHMARK(whole_step_shared)
+    ->ArgNames({"cells", "threads"})
+    ->ArgsProduct({{1'000, 5'000, 20'000, 50'000, 100'000}, {1, 2}})
+    ->Iterations(steps_of_a_stretch)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace somas::bench
