@@ -407,27 +407,43 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
       count -= place == gone ? 1 : 0;
     }
   if (parts_ > 1) return list_contacts_in_parts(contacts, count);
-  // Count, then place: pair after pair, so each cell's contacts come in canonical order. Counts
-  // stand two places on, so that places taken one on leave the starts.
-  contacts.start.assign(count + 2, 0);
+  // Count, then place: pair after pair, so each cell's contacts come in canonical order, the lower
+  // before the higher. Pairs with the same first follow each other: these are counted without going
+  // through memory.
+  lower_.assign(count, 0);
+  higher_.assign(count, 0);
   std::size_t kept = 0;
+  std::uint32_t run = 0, last = gone;
   for (std::size_t t = 0; t < touching_count_; ++t) {
     const std::uint32_t a = place_[touching_first_[t]], b = place_[touching_second_[t]];
     if (a == gone || b == gone) continue;
     touching_first_[kept] = a;
     touching_second_[kept++] = b;
-    ++contacts.start[a + 2];
-    ++contacts.start[b + 2];
+    run = a == last ? run + 1 : 1;
+    last = a;
+    higher_[a] = run;
+    ++lower_[b];
   }
-  for (std::size_t i = 2; i < contacts.start.size(); ++i)
-    contacts.start[i] += contacts.start[i - 1];
-  contacts.items.resize(2 * kept);
+  // From counts to where the next one goes.
+  contacts.start.resize(count + 1);
+  std::uint32_t start = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    contacts.start[i] = start;
+    const std::uint32_t middle = start + std::exchange(lower_[i], start);
+    start = middle + std::exchange(higher_[i], middle);
+  }
+  contacts.start[count] = start;
+  contacts.items.resize(start);
+  std::uint32_t* items = contacts.items.data();
+  std::uint32_t to = 0;
+  last = gone;
   for (std::size_t t = 0; t < kept; ++t) {
     const std::uint32_t a = touching_first_[t], b = touching_second_[t];
-    contacts.items[contacts.start[a + 1]++] = b;
-    contacts.items[contacts.start[b + 1]++] = a;
+    to = a == last ? to + 1 : higher_[a];
+    last = a;
+    items[to] = b;
+    items[lower_[b]++] = a;
   }
-  contacts.start.pop_back();
   touching_count_ = 0;
 }
 

@@ -87,6 +87,7 @@ class MechanicsSolver {
   std::size_t touching_count_ = 0;
   // In parts: of each pair whether it is in contact; of each cell, by index, how many contacts.
   std::vector<std::uint32_t> touching_, contact_count_;
+  std::vector<std::uint32_t> lower_, higher_;  ///< by index: contacts that come before and after it
   std::vector<std::uint32_t> place_;  ///< of each cell, in canonical order: its index, or `gone`
   Team* team_ = nullptr;
   /// Of the present step. In several, each sums into cells of its own, from both kinds of pairs:

@@ -124,9 +124,10 @@ struct ParticleAggression::Block {
   std::array<double, most_paths> x, y;          ///< where they come to
   std::array<std::int64_t, most_paths> near;    ///< 1: may meet a cell on the way
   std::array<std::int64_t, most_paths> leaves;  ///< 1: past the far side
-  std::array<std::uint32_t, most_paths> place;  ///< in the block, of those that are near
-  std::array<Segment, most_paths> paths;        ///< theirs
-  std::array<std::int32_t, most_paths> hits;    ///< theirs
+  // Of those that are near, with room for one more: the place in the block, the path, who is hit.
+  std::array<std::uint32_t, most_paths + 1> place;
+  std::array<Segment, most_paths + 1> paths;
+  std::array<std::int32_t, most_paths> hits;
   std::size_t near_count = 0;
 };
 
@@ -170,10 +171,17 @@ void ParticleAggression::advance(const Particles& p, std::size_t begin, const Bo
     block.leaves[k] = (beyond & outwards) ? 1 : 0;
   }
   block.near_count = 0;
-  for (std::size_t k = 0; k < block.count; ++k) {
-    if (block.near[k] == 0) continue;
-    block.place[block.near_count] = static_cast<std::uint32_t>(k);
-    block.paths[block.near_count++] = {x0[k], y0[k], block.x[k], block.y[k]};
+  std::fill(block.near.begin() + block.count, block.near.end(), 0);
+  for (std::size_t group = 0; group < block.count; group += 8) {
+    // Those launched together come near together.
+    std::int64_t any = 0;
+    for (std::size_t k = group; k < group + 8; ++k) any |= block.near[k];
+    if (any == 0) continue;
+    for (std::size_t k = group; k < std::min(group + 8, block.count); ++k) {
+      block.place[block.near_count] = static_cast<std::uint32_t>(k);
+      block.paths[block.near_count] = {x0[k], y0[k], block.x[k], block.y[k]};
+      block.near_count += static_cast<std::size_t>(block.near[k]);
+    }
   }
 }
 

@@ -1,13 +1,16 @@
 // The engine lives as the plain reference does (reference/), to the last bit, among toy plugins;
 // and a reference that errs is found out. Among the bundled plugins:
-// tests/plugins/experiments/reference_test.cpp.
+// tests/plugins/experiments/reference_test.cpp. SOMAS_REFERENCE_SEEDS makes more of the random
+// worlds (reference/seeds.hpp).
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "tests/core/model/reference/compare.hpp"
+#include "tests/core/model/reference/seeds.hpp"
 #include "tests/core/model/support.hpp"
 
 namespace somas::reference {
@@ -180,7 +183,8 @@ std::vector<Placed> heap(Dice& dice) {
 
 TEST(Reference, LivesAsTheEngineDoesWithHeapsOfCellsInAwkwardPlaces) {
   Events events;
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+  const Seeds seeds = seeds_asked_for(40);
+  for (std::uint64_t seed = seeds.first; seed < seeds.end; ++seed) {
     Dice dice(seed);
     BusyWorld world({.adhere = dice.below(2) == 0, .feed = dice.below(2) == 0});
     world.bench.replace(heap(dice));
@@ -189,11 +193,12 @@ TEST(Reference, LivesAsTheEngineDoesWithHeapsOfCellsInAwkwardPlaces) {
     ASSERT_FALSE(difference) << "seed " << seed << ": " << difference->text();
     events.add(world.reference.events);
   }
+  if (seeds.count() < 40) return;
   EXPECT_GT(events.coincident_pairs, 50u);
   EXPECT_GT(events.deaths["outside"], 50u);
 }
 
-// ---- few cells ----------------------------------------------------------------------------------
+// ---- who meets whom -----------------------------------------------------------------------------
 
 /// Cells that fly at each other in an empty world, some of them growing on the way: whether pairs
 /// are found in time depends on these few alone.
@@ -206,44 +211,91 @@ void set_up_flight(Dice& dice, Bench& bench) {
   bench.config.cycle.division_steps = static_cast<std::uint32_t>(1 + dice.below(20));
   bench.config.strangers = {.adhere = dice.below(2) == 0, .feed = true};
   bench.states = {{.name = "root", .adhesion_range = dice.uniform(1, 1.4)},
-                  {.name = "leaf", .parent = 0, .radius = 0.7, .adhesion = 1}};
+                  {.name = "leaf",
+                   .parent = 0,
+                   .radius = 0.7,
+                   .adhesion = 1,
+                   .adhesion_range = dice.uniform(1, 1.7)}};
   bench.founders = {{.key = 1}, {.key = 2}};
   const auto divides_at = static_cast<std::uint64_t>(dice.below(30));
   bench.script = [divides_at](const model::test::Lane& lane) {
     if (lane.step >= divides_at && lane.id == 0) lane.out("division", 1);
+    if (lane.step >= divides_at && lane.id == 1) lane.out("specialize.leaf", 1);
   };
 }
 
 std::vector<Placed> flying(Dice& dice) {
   std::vector<Placed> cells;
-  const double speed = dice.below(4) == 0 ? 20 : 2;
-  for (std::uint64_t id = 0, count = 2 + dice.below(3); id < count; ++id) {
-    const double angle = dice.uniform(0, 6.3), distance = dice.uniform(1, 5);
-    const double towards = dice.uniform(0.2, 1) * speed;
-    cells.push_back({.id = id,
-                     .x = distance * std::cos(angle),
-                     .y = distance * std::sin(angle),
-                     .vx = -towards * std::cos(angle),
-                     .vy = -towards * std::sin(angle),
+  const double angle = dice.uniform(0, 6.3), speed = std::exp(dice.uniform(-3, 3));
+  const auto fly = [&](double distance, double direction, double towards) {
+    cells.push_back({.id = cells.size(),
+                     .x = distance * std::cos(direction),
+                     .y = distance * std::sin(direction),
+                     .vx = -towards * std::cos(direction),
+                     .vy = -towards * std::sin(direction),
                      .state = static_cast<std::uint16_t>(dice.below(2)),
                      .organism = static_cast<std::uint16_t>(dice.below(2))});
-  }
+  };
+  // Two head on, perhaps as fast as each other; others from any side, or standing there.
+  const double distance = dice.uniform(1, 2);
+  fly(distance, angle, speed);
+  fly(distance, angle + std::numbers::pi, dice.below(3) > 0 ? speed : dice.uniform(0, speed));
+  for (std::uint64_t others = dice.below(3); others > 0; --others)
+    fly(dice.uniform(1, 5), dice.uniform(0, 6.3), dice.below(2) == 0 ? 0 : speed);
   return cells;
 }
 
+/// Lives on from these cells, for so many steps.
+std::optional<Difference> compare_from(const std::vector<Placed>& cells, int steps, Bench& bench) {
+  bench.start_with(cells);
+  World reference = copy_of(bench.simulation());
+  for (int s = 0; s < steps; ++s) {
+    step(reference);
+    bench.simulation().step();
+    if (auto difference = compare(bench.simulation(), reference)) return difference;
+  }
+  return {};
+}
+
 TEST(Reference, LivesAsTheEngineDoesWithFewCellsThatFlyAtEachOther) {
-  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+  const Seeds seeds = seeds_asked_for(800);
+  for (std::uint64_t seed = seeds.first; seed < seeds.end; ++seed) {
     Dice dice(seed);
     Bench bench;
     set_up_flight(dice, bench);
-    bench.start_with(flying(dice));
-    World reference = copy_of(bench.simulation());
-    for (int s = 0; s < 40; ++s) {
-      step(reference);
-      bench.simulation().step();
-      const auto difference = compare(bench.simulation(), reference);
-      ASSERT_FALSE(difference) << "seed " << seed << ": " << difference->text();
+    const auto difference = compare_from(flying(dice), 40, bench);
+    ASSERT_FALSE(difference) << "seed " << seed << ": " << difference->text();
+  }
+}
+
+TEST(Reference, LivesAsTheEngineDoesWithCrowdsThatOnlyMove) {
+  // All of one size, so that who may meet whom is as narrow as it can be.
+  const Seeds seeds = seeds_asked_for(40);
+  for (std::uint64_t seed = seeds.first; seed < seeds.end; ++seed) {
+    Dice dice(seed);
+    Bench bench;
+    set_up_flight(dice, bench);
+    bench.script = {};
+    bench.states[1].radius = 1;
+    const double pitch = 2 * bench.states[0].adhesion_range * dice.uniform(0.98, 1);
+    const bool lattice = seed % 2 == 0;  // each hardly within reach of the next
+    std::vector<Placed> cells(20 + dice.below(130));
+    const double extent = dice.uniform(3, 12), speed = lattice ? 0.05 : dice.uniform(0, 1);
+    for (std::uint64_t id = 0; id < cells.size(); ++id) {
+      Placed& cell = cells[id];
+      cell = {.id = id,
+              .x = dice.uniform(-extent, extent),
+              .y = dice.uniform(-extent, extent),
+              .vx = dice.uniform(-speed, speed),
+              .vy = dice.uniform(-speed, speed),
+              .state = static_cast<std::uint16_t>(dice.below(1 + seed / 2 % 2)),
+              .organism = static_cast<std::uint16_t>(dice.below(2))};
+      if (!lattice) continue;
+      cell.x = pitch * static_cast<double>(id % 12);
+      cell.y = pitch * static_cast<double>(id / 12);
     }
+    const auto difference = compare_from(cells, 20, bench);
+    ASSERT_FALSE(difference) << "seed " << seed << ": " << difference->text();
   }
 }
 

@@ -5,13 +5,13 @@
 // them those of the seeds 5000 to 5999; at the end the test tells how much was compared.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <regex>
 
 #include <gtest/gtest.h>
 
 #include "tests/core/model/reference/compare.hpp"
+#include "tests/core/model/reference/seeds.hpp"
 #include "tests/core/run/scratch.hpp"
 #include "tests/plugins/experiments/random_world.hpp"
 #include "tests/plugins/experiments/reference_lives.hpp"
@@ -86,22 +86,7 @@ INSTANTIATE_TEST_SUITE_P(Reference, ShippedExperiment, testing::ValuesIn(shipped
 
 // ---- random worlds ------------------------------------------------------------------------------
 
-struct Seeds {
-  std::uint64_t first = 0, end = 80;
-};
-
-/// Those of SOMAS_REFERENCE_SEEDS, if it is set.
-Seeds seeds_asked_for() {
-  Seeds seeds;
-  const char* text = std::getenv("SOMAS_REFERENCE_SEEDS");
-  if (text == nullptr) return seeds;
-  char* rest = nullptr;
-  seeds.end = std::strtoull(text, &rest, 10);
-  if (*rest != '-') return seeds;
-  seeds.first = seeds.end;
-  seeds.end = std::strtoull(rest + 1, nullptr, 10);
-  return seeds;
-}
+constexpr std::uint64_t usual_seeds = 80;
 
 /// One to four organisms side by side in the world of a seed; later their cells are replaced,
 /// twice.
@@ -144,7 +129,7 @@ void expect_that_all_happened(const Events& events) {
 }
 
 TEST(Reference, LivesAsTheEngineDoesInRandomWorlds) {
-  const Seeds seeds = seeds_asked_for();
+  const Seeds seeds = seeds_asked_for(usual_seeds);
   const test::Scratch scratch;
   const std::filesystem::path file = scratch.path() / "world.yaml";
   Events events;
@@ -158,12 +143,12 @@ TEST(Reference, LivesAsTheEngineDoesInRandomWorlds) {
   }
   std::printf("compared %llu steps, %llu cells\n", static_cast<unsigned long long>(events.steps),
               static_cast<unsigned long long>(events.cell_steps));
-  if (seeds.end - seeds.first >= Seeds{}.end) expect_that_all_happened(events);
+  if (seeds.count() >= usual_seeds) expect_that_all_happened(events);
 }
 
 TEST(Reference, MeetsEveryBundledPluginInItsRandomWorlds) {
   std::string all;
-  for (std::uint64_t seed = 0; seed < Seeds{}.end; ++seed) all += test::RandomWorld(seed).text();
+  for (std::uint64_t seed = 0; seed < usual_seeds; ++seed) all += test::RandomWorld(seed).text();
   for (const auto& entry : std::filesystem::directory_iterator(SOMAS_BINARY_DIR "/plugins")) {
     const std::string name = entry.path().filename().string();
     if (!name.ends_with(".somas.so")) continue;

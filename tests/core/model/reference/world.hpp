@@ -119,7 +119,7 @@ enum class Mistake {
   late_adhesion,       ///< adhesion only between cells that do not overlap
   share_of_all,        ///< scarce squares give equal parts
   own_gift_first,      ///< room is measured after a cell's own gifts
-  divisions_first,     ///< before specializations
+  divisions_first,     ///< before apoptoses, whose gifts then are not halved
   second_cause,        ///< the last cause of death counts
   last_hit,            ///< a segment stops at the last cell that it meets
   spread_first,        ///< before evaporation, which then rounds differently
