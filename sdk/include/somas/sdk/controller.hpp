@@ -10,7 +10,8 @@
 
 namespace somas {
 
-/// The cells of one (organism, state) as one contiguous range of lanes.
+/// Cells of one (organism, state) as one contiguous range of lanes: all of them, or, where several
+/// threads share a world, some, the others being in batches of their own at the same time.
 /// in: Layout::input_channels rows; out: one row per Layout::outputs; memory: memory_per_cell rows.
 struct Batch {
   std::uint32_t count = 0;     ///< cells: the lanes of each matrix
