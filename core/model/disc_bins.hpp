@@ -6,6 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "core/model/lanes.hpp"
+#include "core/model/parted_counts.hpp"
+
 namespace somas::model {
 
 /// A disc that reaches range x radius + margin, the range being that of all.
@@ -18,6 +21,8 @@ struct Disc {
 /// near nothing.
 class DiscBins {
  public:
+  /// Shares the sorting with `team` (null: nobody) from now on; it must outlive this.
+  void use(Team* team) { team_ = team; }
   /// Sorts the discs; their order stays within a bin.
   void sort(std::span<const Disc> discs, double range);
 
@@ -46,13 +51,25 @@ class DiscBins {
   static constexpr double rounding = 0x1p-21;
 
  private:
-  void lay_out(std::span<const Disc> discs, double range);
+  struct Bounds {
+    Two low, high;
+    double radius, margin;  ///< the greatest
+  };
+  [[nodiscard]] static Bounds bounds_of(std::span<const Disc> discs);
+  [[nodiscard]] Bounds bounds_of(std::span<const Disc> discs, unsigned parts);
+  void lay_out(const Bounds& bounds, std::size_t count, double range);
+  [[nodiscard]] std::uint32_t bin_of(const Disc& disc, double bins_per_length) const;
+  void put(std::uint32_t item, const Disc& disc, double range, double error, std::uint32_t at);
+  void sort_in_parts(std::span<const Disc> discs, double range, double error, unsigned parts);
 
   double left_ = 0, bottom_ = 0, side_ = 1, widest_ = 0;
   std::uint32_t columns_ = 0, rows_ = 0;
   bool coarse_ = false;
   std::vector<std::uint32_t> bin_of_, start_, items_;
   std::vector<float> x_, y_, reach_;
+  Team* team_ = nullptr;
+  std::vector<Bounds> bounds_;  ///< by part
+  PartedCounts counts_;
 };
 
 }  // namespace somas::model

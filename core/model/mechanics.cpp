@@ -1,11 +1,14 @@
 #include "core/model/mechanics.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
 #include "somas/sdk/math.hpp"
+
+#include "core/model/ranges.hpp"
 
 namespace somas::model {
 
@@ -100,8 +103,10 @@ double rest_distance(const State& state) {
 void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
                           const ExternalForces& external) {
   CellStore& cells = world.cells;
+  parts_ = team_ == nullptr ? 1 : team_->parts(cells.size());
   load(world);
   if (pairs_.stale(bodies_, table_.range())) find_pairs(constants);
+  if (parts_ > 1) pairs_.index_by_second(parts_);
   list_constants();  // radii and states may have changed
   for (std::uint32_t s = 0; s < constants.substeps; ++s) {
     if (external && s > 0) store(cells);
@@ -117,6 +122,13 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
   place_ = cells.order;
 }
 
+/// Calls work(begin, end) for fours of pairs that make up all, at once.
+template <class Work>
+void MechanicsSolver::share_pairs(const Work& work) {
+  const std::size_t count = pairs_.first().size();
+  share(team_, static_cast<std::uint32_t>((count + 3) / 4), bodies_.size(), work);
+}
+
 void MechanicsSolver::load(const WorldState& world) {
   const CellStore& cells = world.cells;
   table_.prepare(world);
@@ -124,13 +136,13 @@ void MechanicsSolver::load(const WorldState& world) {
   force_.resize(cells.size());
   sum_.resize(cells.size());
   motility_.prepare(world);
-  for (const CellRange& range : cells.ranges) {
+  share_ranges(team_, cells, [&](const CellRange& range) {
     const double inverse_mass = 1.0 / world.state_of(range.begin).mass;
     const std::uint32_t kind = table_.kind(range.organism, range.state);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
       bodies_[cells.rank[i]] = {cells.x[i],      cells.y[i],   cells.vx[i], cells.vy[i],
                                 cells.radius[i], inverse_mass, kind};
-  }
+  });
 }
 
 void MechanicsSolver::load_external(const ExternalForces& external, const CellStore& cells) {
@@ -140,27 +152,34 @@ void MechanicsSolver::load_external(const ExternalForces& external, const CellSt
   external_y_.assign(bodies_.size(), 0.0);
   if (external) external(external_x_, external_y_);
   motility_.add(external_x_, external_y_);
-  for (const std::uint32_t i : cells.order)
-    external_.push_back(Two{external_x_[i], external_y_[i]});
+  external_.resize(bodies_.size());
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k)
+      external_[k] = Two{external_x_[cells.order[k]], external_y_[cells.order[k]]};
+  });
 }
 
 void MechanicsSolver::store(CellStore& cells) const {
-  for (std::uint32_t k = 0; k < bodies_.size(); ++k) {
-    const std::uint32_t i = cells.order[k];
-    cells.x[i] = bodies_[k].x;
-    cells.y[i] = bodies_[k].y;
-    cells.vx[i] = bodies_[k].vx;
-    cells.vy[i] = bodies_[k].vy;
-  }
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t i = cells.order[k];
+      cells.x[i] = bodies_[k].x;
+      cells.y[i] = bodies_[k].y;
+      cells.vx[i] = bodies_[k].vx;
+      cells.vy[i] = bodies_[k].vy;
+    }
+  });
 }
 
 void MechanicsSolver::find_pairs(const Mechanics& constants) {
   // Twice the way of the step, for those who are being pushed.
   pairs_.build(bodies_, table_.range(), skin, 2.0 * constants.substeps * constants.time_step);
+  if (parts_ > 1) pairs_.index_by_second(parts_);
   const std::size_t room = pairs_.first().size() + 3;
   if (touching_first_.size() >= room) return;
   pair_force_.resize(2 * room);
   pair_stress_.resize(2 * room);
+  touching_.resize(2 * room);
   touching_first_.resize(2 * room);
   touching_second_.resize(2 * room);
   pair_radii_.resize(2 * room / 4 + 1);
@@ -170,40 +189,55 @@ void MechanicsSolver::find_pairs(const Mechanics& constants) {
 void MechanicsSolver::list_constants() {
   const PairReader reader(pairs_, bodies_, table_);
   const std::size_t count = pairs_.first().size();
-  for (std::size_t p = 0; p < count; p += 4) pair_radii_[p / 4] = reader.radii(p);
   const Spring* common = table_.common();
   springs_stride_ = common == nullptr ? 1 : 0;
   if (count == 0) return;
   if (common != nullptr)
     pair_springs_[0] = {common->stiffness + Four{}, common->adhesion + Four{},
                         common->range + Four{}, common->contact + Four{}};
-  else
-    for (std::size_t p = 0; p < count; p += 4) reader.springs(p, pair_springs_[p / 4]);
+  share_pairs([this](std::size_t begin, std::size_t end) { list_constants(begin, end); });
 }
 
-void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
+void MechanicsSolver::list_constants(std::size_t begin, std::size_t end) {
   const PairReader reader(pairs_, bodies_, table_);
-  const std::size_t count = pairs_.first().size(), stride = springs_stride_;
+  for (std::size_t four = begin; four < end; ++four) pair_radii_[four] = reader.radii(4 * four);
+  if (springs_stride_ == 0) return;
+  for (std::size_t four = begin; four < end; ++four) reader.springs(4 * four, pair_springs_[four]);
+}
+
+/// Of fours of pairs; returns whether cells of some are at the same place.
+bool MechanicsSolver::compute_forces(double damping, std::size_t begin, std::size_t end) {
+  const PairReader reader(pairs_, bodies_, table_);
+  const std::size_t stride = springs_stride_;
   const Four* radii_of = pair_radii_.data();
   const FourSprings* springs_of = pair_springs_.data();
   Two* force = pair_force_.data();
   FourMask together{};
   Geometry g;
-  for (std::size_t p = 0; p < count; p += 4) {
-    const FourSprings& spring = springs_of[p / 4 * stride];
-    reader.geometry(p, g);
-    const Four radii = radii_of[p / 4], reach = spring.range * radii;
+  for (std::size_t four = begin; four < end; ++four) {
+    const FourSprings& spring = springs_of[four * stride];
+    reader.geometry(4 * four, g);
+    const Four radii = radii_of[four], reach = spring.range * radii;
     const Four overlap = radii - g.distance;
     const Four collision = overlap > 0 ? spring.stiffness * overlap : Four{};
     const Four pull = spring.adhesion * (g.distance - 0.5 * radii);
     const Four approach = g.vx * g.nx + g.vy * g.ny;
     const Four total =
         reach * reach - g.square > 0 ? collision - pull - damping * approach : Four{};
-    write_interleaved(total * g.nx, total * g.ny, &force[p]);
+    write_interleaved(total * g.nx, total * g.ny, &force[4 * four]);
     together |= g.distance <= coincident;
   }
-  if (!any(together)) return;
+  return any(together);
+}
 
+void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
+  std::atomic<bool> together = false;
+  share_pairs([&](std::size_t begin, std::size_t end) {
+    if (compute_forces(damping, begin, end)) together = true;
+  });
+  if (!together) return;
+
+  const PairReader reader(pairs_, bodies_, table_);
   reader.each_coincident([&](std::size_t p) {
     const Body &a = reader.first(p), &b = reader.second(p);
     const Spring& s = reader.spring(p);
@@ -219,13 +253,12 @@ void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
   });
 }
 
-/// Sums forces in the canonical order and moves everybody by semi-implicit Euler. Returns whether
-/// pairs must be found anew.
-bool MechanicsSolver::move(const Mechanics& constants) {
+/// In the canonical order.
+void MechanicsSolver::sum_forces(double drag) {
   const auto count = static_cast<std::uint32_t>(bodies_.size());
   for (std::uint32_t k = 0; k < count; ++k) {
     const Two velocity{bodies_[k].vx, bodies_[k].vy};
-    force_[k] = (external_.empty() ? Two{} : external_[k]) - constants.drag * velocity;
+    force_[k] = (external_.empty() ? Two{} : external_[k]) - drag * velocity;
   }
   // What the first does to the second is exactly the opposite.
   const std::uint32_t* first = pairs_.first().data();
@@ -237,9 +270,37 @@ bool MechanicsSolver::move(const Mechanics& constants) {
     force[first[p]] += between[p];
     force[second[p]] -= between[p];
   }
+}
+
+/// The same sum, of one cell.
+inline Two MechanicsSolver::summed_force(double drag, std::uint32_t k) const {
+  const Two velocity{bodies_[k].vx, bodies_[k].vy};
+  Two force = (external_.empty() ? Two{} : external_[k]) - drag * velocity;
+  for (const std::uint32_t p : pairs_.as_second(k)) force -= pair_force_[p];
+  for (std::uint32_t p = pairs_.start(k); p < pairs_.start(k + 1); ++p) force += pair_force_[p];
+  return force;
+}
+
+/// Moves everybody by semi-implicit Euler. Returns whether pairs must be found anew.
+bool MechanicsSolver::move(const Mechanics& constants) {
+  const auto count = static_cast<std::uint32_t>(bodies_.size());
+  if (parts_ == 1) {
+    sum_forces(constants.drag);
+    return move(constants, {0, count});
+  }
+  std::atomic<bool> drifted = false;
+  share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) force_[k] = summed_force(constants.drag, k);
+    if (move(constants, {begin, end})) drifted = true;
+  });
+  return drifted;
+}
+
+bool MechanicsSolver::move(const Mechanics& constants, Stretch cells) {
+  const Two* force = force_.data();
   const double h = constants.time_step;
   bool drifted = false;
-  for (std::uint32_t k = 0; k < count; ++k) {
+  for (std::uint32_t k = cells.begin; k < cells.end; ++k) {
     Body& body = bodies_[k];
     Two at{body.x, body.y}, velocity{body.vx, body.vy};
     velocity += h * (force[k] * body.inverse_mass);
@@ -252,15 +313,18 @@ bool MechanicsSolver::move(const Mechanics& constants) {
   return drifted;
 }
 
-void MechanicsSolver::compute_stresses(const WorldState& world) {
+/// Of fours of pairs, all of them or, in parts, some; returns whether cells of some are at the same
+/// place.
+bool MechanicsSolver::compute_stresses(std::size_t begin, std::size_t end) {
   const PairReader reader(pairs_, bodies_, table_);
+  const bool in_parts = parts_ > 1;
   FourMask together{};
   Geometry g;
   std::size_t touching = 0;
   const std::uint32_t* first = pairs_.first().data();
   const std::uint32_t* second = pairs_.second().data();
   const std::size_t count = pairs_.first().size();
-  for (std::size_t p = 0; p < count; p += 4) {
+  for (std::size_t p = 4 * begin; p < 4 * end; p += 4) {
     const FourSprings& spring = pair_springs_[p / 4 * springs_stride_];
     reader.geometry(p, g);
     const Four radii = pair_radii_[p / 4], reach = spring.range * radii;
@@ -273,16 +337,27 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
     constexpr FourMask lanes{0, 1, 2, 3};
     const FourMask contact = (reach * reach - g.square > 0) & (spring.contact > 0) &
                              (lanes < static_cast<std::int64_t>(count - p));
-    for (std::size_t k = 0; k < 4; ++k) {
+    for (std::size_t k = 0; in_parts && k < 4; ++k)
+      touching_[p + k] = static_cast<std::uint32_t>(-contact[k]);
+    for (std::size_t k = 0; !in_parts && k < 4; ++k) {
       touching_first_[touching] = first[p + k];
       touching_second_[touching] = second[p + k];
       touching -= static_cast<std::size_t>(contact[k]);
     }
     together |= g.distance <= coincident;
   }
-  touching_count_ = touching;
-  if (!any(together)) return;
+  if (!in_parts) touching_count_ = touching;
+  return any(together);
+}
 
+void MechanicsSolver::compute_stresses(const WorldState& world) {
+  std::atomic<bool> together = false;
+  share_pairs([&](std::size_t begin, std::size_t end) {
+    if (compute_stresses(begin, end)) together = true;
+  });
+  if (!together) return;
+
+  const PairReader reader(pairs_, bodies_, table_);
   reader.each_coincident([&](std::size_t p) {
     const auto [nx, ny] = arbitrary_direction(world, world.cells.order[pairs_.first()[p]],
                                               world.cells.order[pairs_.second()[p]]);
@@ -292,8 +367,26 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
   });
 }
 
+inline Four MechanicsSolver::summed_stress(std::uint32_t k) const {
+  Four stress{};
+  for (const std::uint32_t p : pairs_.as_second(k)) stress += pair_stress_[p];
+  for (std::uint32_t p = pairs_.start(k); p < pairs_.start(k + 1); ++p) stress += pair_stress_[p];
+  return stress;
+}
+
 void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
   const auto count = static_cast<std::uint32_t>(bodies_.size());
+  const auto keep = [&](std::uint32_t k, const Four& stress) {
+    const std::uint32_t i = cells.order[k];
+    cells.pressure[i] = stress[0] / (stress[0] + pressure_scale);
+    cells.stress_xx[i] = stress[1];
+    cells.stress_xy[i] = stress[2];
+    cells.stress_yy[i] = stress[3];
+  };
+  if (parts_ > 1)
+    return share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t k = begin; k < end; ++k) keep(k, summed_stress(k));
+    });
   std::fill(sum_.begin(), sum_.end(), Four{});
   const std::uint32_t* second = pairs_.second().data();
   for (std::uint32_t k = 0; k < count; ++k) {
@@ -302,11 +395,7 @@ void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
       own += pair_stress_[p];
       sum_[second[p]] += pair_stress_[p];
     }
-    const std::uint32_t i = cells.order[k];
-    cells.pressure[i] = own[0] / (own[0] + pressure_scale);
-    cells.stress_xx[i] = own[1];
-    cells.stress_xy[i] = own[2];
-    cells.stress_yy[i] = own[3];
+    keep(k, own);
   }
 }
 
@@ -317,6 +406,7 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
       place = new_index[place];
       count -= place == gone ? 1 : 0;
     }
+  if (parts_ > 1) return list_contacts_in_parts(contacts, count);
   // Count, then place: pair after pair, so each cell's contacts come in canonical order, the lower
   // before the higher. Pairs with the same first follow each other: these are counted without going
   // through memory.
@@ -355,6 +445,45 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
     items[lower_[b]++] = a;
   }
   touching_count_ = 0;
+}
+
+/// Calls visit(index) for the contacts of a cell in canonical order: the lower, then the higher.
+template <class Visit>
+void MechanicsSolver::each_contact(std::uint32_t cell, Visit&& visit) const {
+  const auto look = [&](std::uint32_t p, std::uint32_t other) {
+    if (touching_[p] != 0 && place_[other] != gone) visit(place_[other]);
+  };
+  for (const std::uint32_t p : pairs_.as_second(cell)) look(p, pairs_.first()[p]);
+  for (std::uint32_t p = pairs_.start(cell); p < pairs_.start(cell + 1); ++p)
+    look(p, pairs_.second()[p]);
+}
+
+void MechanicsSolver::list_contacts_in_parts(Contacts& contacts, std::size_t count) {
+  const auto cells = static_cast<std::uint32_t>(place_.size());
+  contact_count_.resize(std::max(contact_count_.size(), count));
+  share(team_, cells, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) {
+      if (place_[k] == gone) continue;
+      std::uint32_t contacts_of_it = 0;
+      each_contact(k, [&](std::uint32_t) { ++contacts_of_it; });
+      contact_count_[place_[k]] = contacts_of_it;
+    }
+  });
+  contacts.start.resize(count + 1);
+  std::uint32_t start = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    contacts.start[i] = start;
+    start += contact_count_[i];
+  }
+  contacts.start[count] = start;
+  contacts.items.resize(start);
+  share(team_, cells, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) {
+      if (place_[k] == gone) continue;
+      std::uint32_t* to = contacts.items.data() + contacts.start[place_[k]];
+      each_contact(k, [&](std::uint32_t other) { *to++ = other; });
+    }
+  });
 }
 
 }  // namespace somas::model

@@ -10,6 +10,7 @@
 #include "core/model/motility.hpp"
 #include "core/model/neighbours.hpp"
 #include "core/model/springs.hpp"
+#include "core/model/team.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -26,6 +27,11 @@ class MechanicsSolver {
  public:
   explicit MechanicsSolver(Strangers strangers = {}) : table_(strangers) {}
 
+  /// Shares the work with `team` (null: nobody) from now on; it must outlive this.
+  void use(Team* team) {
+    team_ = team;
+    pairs_.use(team);
+  }
   /// All substeps of one step, then pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   /// Motile cells crawl with forces found once, at the positions at the start.
@@ -44,10 +50,22 @@ class MechanicsSolver {
   void load_external(const ExternalForces& external, const CellStore& cells);
   void find_pairs(const Mechanics& constants);
   void list_constants();
+  template <class Work>
+  void share_pairs(const Work& work);
+  void list_constants(std::size_t begin, std::size_t end);
   void compute_forces(double damping, const WorldState& world);
+  [[nodiscard]] bool compute_forces(double damping, std::size_t begin, std::size_t end);
+  void sum_forces(double drag);
   [[nodiscard]] bool move(const Mechanics& constants);
+  [[nodiscard]] bool move(const Mechanics& constants, Stretch cells);
+  [[nodiscard]] Two summed_force(double drag, std::uint32_t cell) const;
   void compute_stresses(const WorldState& world);
+  [[nodiscard]] bool compute_stresses(std::size_t begin, std::size_t end);
   void sum_stresses(double pressure_scale, CellStore& cells);
+  [[nodiscard]] Four summed_stress(std::uint32_t cell) const;
+  void list_contacts_in_parts(Contacts& contacts, std::size_t count);
+  template <class Visit>
+  void each_contact(std::uint32_t cell, Visit&& visit) const;
 
   SpringTable table_;
   NeighbourPairs pairs_;
@@ -67,8 +85,15 @@ class MechanicsSolver {
   /// Of pairs in contact, the first `touching_count_`: both places in canonical order.
   std::vector<std::uint32_t> touching_first_, touching_second_;
   std::size_t touching_count_ = 0;
+  // In parts: of each pair whether it is in contact; of each cell, by index, how many contacts.
+  std::vector<std::uint32_t> touching_, contact_count_;
   std::vector<std::uint32_t> lower_, higher_;  ///< by index: contacts that come before and after it
   std::vector<std::uint32_t> place_;  ///< of each cell, in canonical order: its index, or `gone`
+  Team* team_ = nullptr;
+  /// Of the present step. In several, each sums into cells of its own, from both kinds of pairs:
+  /// those of which a cell is the second one, then those of which it is the first; so does a pass
+  /// over all pairs.
+  unsigned parts_ = 1;
 };
 
 /// Distance at which two resting cells of a state with radius r stay: both springs in balance,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -37,41 +38,57 @@ bool NeighbourPairs::stale(std::span<const Body> bodies, double range) {
   if (!valid_ || built_.size() != bodies.size() || range > range_) return true;
   // Two bodies approach by at most both displacements, and their reach grows by both growths: a
   // pair is safe while both have drifted less than their margins.
-  bool drifted_away = false;
-  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-    const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * range_;
-    const double allowed = built_[i].margin - growth;
-    safe_square_[i] = allowed > 0 ? allowed * allowed : 0.0;
-    drifted_away |= drifted(i, Two{bodies[i].x, bodies[i].y});
-  }
-  return drifted_away;
+  std::atomic<bool> any_drifted = false;
+  share(team_, static_cast<std::uint32_t>(bodies.size()),
+        [&](std::uint32_t begin, std::uint32_t end) {
+          bool drifted_away = false;
+          for (std::uint32_t i = begin; i < end; ++i) {
+            const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * range_;
+            const double allowed = built_[i].margin - growth;
+            safe_square_[i] = allowed > 0 ? allowed * allowed : 0.0;
+            drifted_away |= drifted(i, Two{bodies[i].x, bodies[i].y});
+          }
+          if (drifted_away) any_drifted = true;
+        });
+  return any_drifted;
 }
 
 void NeighbourPairs::build(std::span<const Body> bodies, double range, double skin, double time) {
   range_ = range;
   built_.resize(bodies.size());
   safe_square_.resize(bodies.size());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const Body& body = bodies[i];
-    const double way = time * std::sqrt(body.vx * body.vx + body.vy * body.vy);
-    const double own = 0.5 * skin + (way < widest_margin ? way : widest_margin);
-    built_[i] = {body.x, body.y, body.radius, own};
-    safe_square_[i] = own * own;
-  }
+  const auto count = static_cast<std::uint32_t>(bodies.size());
+  share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const Body& body = bodies[i];
+      const double way = time * std::sqrt(body.vx * body.vx + body.vy * body.vy);
+      const double own = 0.5 * skin + (way < widest_margin ? way : widest_margin);
+      built_[i] = {body.x, body.y, body.radius, own};
+      safe_square_[i] = own * own;
+    }
+  });
   bins_.sort(built_, range);
-  find();
-  sort();
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
+  if (parts > 1) {
+    find_in_parts(parts);
+  } else {
+    found_[0].count = 0;
+    find(0, bins_.rows(), found_[0]);
+    count_ = found_[0].count;
+    sort(found_[0]);
+  }
   pad();
   valid_ = true;
+  indexed_ = false;
 }
 
-void NeighbourPairs::find() {
-  count_ = 0;
-  for (std::uint32_t row = 0; row < bins_.rows(); ++row)
-    for (std::uint32_t column = 0; column < bins_.columns(); ++column) find_of_bin(row, column);
+void NeighbourPairs::find(std::uint32_t first_row, std::uint32_t end_row, Found& found) const {
+  for (std::uint32_t row = first_row; row < end_row; ++row)
+    for (std::uint32_t column = 0; column < bins_.columns(); ++column)
+      find_of_bin(row, column, found);
 }
 
-void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column) {
+void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column, Found& found) const {
   const std::uint32_t columns = bins_.columns(), bin = row * columns + column;
   const std::uint32_t left = std::min(column, 1u);
   const std::uint32_t right = std::min(column + 1, columns - 1) - column;
@@ -82,27 +99,28 @@ void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column) {
   const std::uint32_t above_end = top ? 0 : bins_.start(bin + columns + right + 1);
   for (std::uint32_t k = bins_.start(bin); k < bins_.start(bin + 1); ++k) {
     // Room for all, and for the last eight written.
-    const std::size_t room = count_ + (end - k) + (above_end - above_begin) + 16;
-    if (found_first_.size() < room) {
-      found_first_.resize(2 * room);
-      found_second_.resize(2 * room);
+    const std::size_t room = found.count + (end - k) + (above_end - above_begin) + 16;
+    if (found.first.size() < room) {
+      found.first.resize(2 * room);
+      found.second.resize(2 * room);
     }
-    const std::size_t before = count_;
-    collect(k, k + 1, end);
-    collect(k, above_begin, above_end);
-    if (bins_.coarse()) drop_distant(before);
+    const std::size_t before = found.count;
+    collect(k, k + 1, end, found);
+    collect(k, above_begin, above_end, found);
+    if (bins_.coarse()) drop_distant(before, found);
   }
 }
 
-inline void NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end) {
+inline void NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
+                                    Found& found) const {
   // Most candidates fail: collect the others eight by eight, without branching on each.
   constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
   const float *all_x = bins_.x(), *all_y = bins_.y(), *all_reach = bins_.reach();
   const std::uint32_t* all = bins_.items();
   const float x = all_x[k], y = all_y[k], own_reach = all_reach[k];
   const EightItems item = all[k] + EightItems{};
-  std::uint32_t* first = found_first_.data() + count_;
-  std::uint32_t* second = found_second_.data() + count_;
+  std::uint32_t* first = found.first.data() + found.count;
+  std::uint32_t* second = found.second.data() + found.count;
   for (std::uint32_t c = begin; c < end; c += 8) {
     EightFloats xs, ys, reaches;
     EightItems items;
@@ -121,31 +139,37 @@ inline void NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::u
     first += std::popcount(set);
     second += std::popcount(set);
   }
-  count_ = static_cast<std::size_t>(first - found_first_.data());
+  found.count = static_cast<std::size_t>(first - found.first.data());
 }
 
 /// Of the pairs found from `from` on keeps those within reach in double precision.
-void NeighbourPairs::drop_distant(std::size_t from) {
+void NeighbourPairs::drop_distant(std::size_t from, Found& found) const {
   std::size_t kept = from;
-  for (std::size_t p = from; p < count_; ++p) {
-    const Disc &a = built_[found_first_[p]], &b = built_[found_second_[p]];
+  for (std::size_t p = from; p < found.count; ++p) {
+    const Disc &a = built_[found.first[p]], &b = built_[found.second[p]];
     const double dx = a.x - b.x, dy = a.y - b.y;
     const double reach = range_ * (a.radius + b.radius) + a.margin + b.margin;
     if (!(dx * dx + dy * dy < reach * reach)) continue;
-    found_first_[kept] = found_first_[p];
-    found_second_[kept++] = found_second_[p];
+    found.first[kept] = found.first[p];
+    found.second[kept++] = found.second[p];
   }
-  count_ = kept;
+  found.count = kept;
 }
 
-void NeighbourPairs::sort() {
+void NeighbourPairs::make_room() {
+  if (first_.size() >= count_ + 3) return;
+  first_.resize(2 * count_ + 3);
+  second_.resize(2 * count_ + 3);
+}
+
+void NeighbourPairs::sort(const Found& found) {
   // By the second, then stably by the first: two counting sorts. Counts stand two places on, so
   // that places taken one on leave the starts.
   start_.assign(built_.size() + 2, 0);
   by_second_.assign(built_.size() + 2, 0);
   for (std::size_t p = 0; p < count_; ++p) {
-    ++start_[found_first_[p] + 2];
-    ++by_second_[found_second_[p] + 2];
+    ++start_[found.first[p] + 2];
+    ++by_second_[found.second[p] + 2];
   }
   for (std::size_t i = 2; i < start_.size(); ++i) {
     start_[i] += start_[i - 1];
@@ -153,16 +177,86 @@ void NeighbourPairs::sort() {
   }
   if (sorted_.size() < count_) sorted_.resize(2 * count_);
   for (std::size_t p = 0; p < count_; ++p)
-    sorted_[by_second_[found_second_[p] + 1]++] = {found_first_[p], found_second_[p]};
-  if (first_.size() < count_ + 3) {
-    first_.resize(2 * count_ + 3);
-    second_.resize(2 * count_ + 3);
-  }
+    sorted_[by_second_[found.second[p] + 1]++] = {found.first[p], found.second[p]};
+  make_room();
   for (std::size_t p = 0; p < count_; ++p) {
     const std::uint32_t at = start_[sorted_[p].first + 1]++;
     first_[at] = sorted_[p].first;
     second_[at] = sorted_[p].second;
   }
+}
+
+void NeighbourPairs::find_in_parts(unsigned parts) {
+  const auto count = static_cast<std::uint32_t>(built_.size());
+  if (found_.size() < parts) found_.resize(parts);
+  counts_.reset(parts, count);
+  // Rows of bins with as many bodies for each part.
+  const auto row_of = [&](unsigned part) {
+    const std::uint32_t before = stretch(count, part, parts).begin;
+    std::uint32_t row = part == parts ? bins_.rows() : 0;
+    while (row < bins_.rows() && bins_.start(std::size_t{row} * bins_.columns()) < before) ++row;
+    return row;
+  };
+  const auto find_some = [&](unsigned part) {
+    Found& found = found_[part];
+    found.count = 0;
+    find(row_of(part), row_of(part + 1), found);
+    std::uint32_t* counts = counts_.begin(part);
+    for (std::size_t p = 0; p < found.count; ++p) ++counts[found.first[p]];
+  };
+  team_->run(parts, find_some);
+  count_ = counts_.to_places(*team_, start_);
+  make_room();
+  const auto place = [&](unsigned part) {
+    const Found& found = found_[part];
+    std::uint32_t* places = counts_.of(part);
+    for (std::size_t p = 0; p < found.count; ++p)
+      second_[places[found.first[p]]++] = found.second[p];
+  };
+  team_->run(parts, place);
+  const auto order = [&](unsigned part) { sort_seconds(stretch(count, part, parts)); };
+  team_->run(parts, order);
+}
+
+void NeighbourPairs::sort_seconds(Stretch bodies) {
+  for (std::uint32_t k = bodies.begin; k < bodies.end; ++k) {
+    std::uint32_t* begin = second_.data() + start_[k];
+    std::uint32_t* end = second_.data() + start_[k + 1];
+    std::fill(first_.data() + start_[k], first_.data() + start_[k + 1], k);
+    if (end - begin > 16) {
+      std::sort(begin, end);
+      continue;
+    }
+    // A few, each put among those before it.
+    for (std::uint32_t* next = begin; next < end; ++next) {
+      const std::uint32_t second = *next;
+      std::uint32_t* to = next;
+      for (; to > begin && to[-1] > second; --to) *to = to[-1];
+      *to = second;
+    }
+  }
+}
+
+void NeighbourPairs::index_by_second(unsigned parts) {
+  if (indexed_) return;
+  const auto bodies = static_cast<std::uint32_t>(built_.size());
+  const auto count = static_cast<std::uint32_t>(count_);
+  counts_.reset(parts, bodies);
+  const auto count_seconds = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* counts = counts_.begin(part);
+    for (std::uint32_t p = own.begin; p < own.end; ++p) ++counts[second_[p]];
+  };
+  team_->run(parts, count_seconds);
+  counts_.to_places(*team_, second_start_);
+  if (pairs_by_second_.size() < count_) pairs_by_second_.resize(2 * count_);
+  const auto place = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* places = counts_.of(part);
+    for (std::uint32_t p = own.begin; p < own.end; ++p) pairs_by_second_[places[second_[p]]++] = p;
+  };
+  team_->run(parts, place);
+  indexed_ = true;
 }
 
 void NeighbourPairs::pad() {

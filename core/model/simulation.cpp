@@ -103,8 +103,8 @@ bool Simulation::step() {
   bool buried = false;
   timed(StepPhase::deaths, [&] { buried = bury(); });
   timed(StepPhase::mechanics, [&] {
-    mechanics_.list_contacts(state_.contacts, buried ? reorganiser_.new_index()
-                                                     : std::span<const std::uint32_t>{});
+    mechanics_.list_contacts(state_.contacts,
+                             buried ? reorganiser_.new_index() : std::span<const std::uint32_t>{});
   });
   timed(StepPhase::observe, [this] { end_step(); });
   return !state_.finished;
@@ -133,6 +133,9 @@ void Simulation::use(Team* team) {
   team_ = team;
   cycle_.use(team);
   metabolism_.use(team);
+  mechanics_.use(team);
+  reorganiser_.use(team);
+  view_.use(team);
 }
 
 void Simulation::update_fields() {

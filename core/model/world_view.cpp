@@ -185,7 +185,11 @@ void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int3
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
   if (!hits_ready_) hits_.prepare(state_.cells, bins_);
   hits_ready_ = true;
-  hits_.first(segments, cells);
+  // A path takes about as long as a cell in a phase of the step.
+  share(team_, static_cast<std::uint32_t>(segments.size()),
+        [&](std::uint32_t begin, std::uint32_t end) {
+          hits_.first(segments.subspan(begin, end - begin), cells.subspan(begin, end - begin));
+        });
 }
 
 void WorldView::strike(std::uint32_t cell, Id hazard, double energy) {

@@ -7,6 +7,7 @@
 #include "core/model/ecosystem.hpp"
 #include "core/model/hits.hpp"
 #include "core/model/profile.hpp"
+#include "core/model/team.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
@@ -20,6 +21,8 @@ class WorldView final : public World {
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
   void act(Phase phase);
+  /// Shares the search for first hits with `team` (null: nobody) from now on.
+  void use(Team* team) { team_ = team; }
   /// Measures the calls of plugins from now on into `profile`, which may be null.
   void measure(Profile* profile) { profile_ = profile; }
   /// Accumulators for Phase::forces.
@@ -69,6 +72,7 @@ class WorldView final : public World {
   std::vector<std::vector<double>> skills_;  ///< scratch by skill; valid where filled
   std::vector<bool> skill_filled_;
   Profile* profile_ = nullptr;
+  Team* team_ = nullptr;
 };
 
 }  // namespace somas::model
