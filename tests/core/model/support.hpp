@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -164,10 +165,16 @@ class ScriptedProgram final : public Program {
   }
 
  private:
-  /// Storage index of the first lane; only a script with memory can tell where a batch was cut.
+  /// Storage index of the first lane. A batch that was cut is known by its memory, if that is the
+  /// simulation's.
   [[nodiscard]] std::uint32_t first_of(const Batch& batch, const CellStore& cells) const {
-    if (memory_rows_ > 0)
-      return static_cast<std::uint32_t>(batch.memory.data - cells.memory.row(0));
+    if (memory_rows_ > 0) {
+      const auto lane =
+          static_cast<std::uint64_t>((std::bit_cast<std::intptr_t>(batch.memory.data) -
+                                      std::bit_cast<std::intptr_t>(cells.memory.row(0))) /
+                                     static_cast<std::intptr_t>(sizeof(float)));
+      if (lane < cells.size()) return static_cast<std::uint32_t>(lane);
+    }
     std::uint32_t first = 0;
     for (std::uint32_t i = cells.size(); i-- > 0;)
       if (cells.organism[i] == batch.organism && cells.state[i] == batch.state) first = i;
