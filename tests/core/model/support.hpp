@@ -165,9 +165,13 @@ class ScriptedProgram final : public Program {
 
  private:
   /// Storage index of the first lane; only a script with memory can tell where a batch was cut.
+  /// Memory of another world than the stage's is of a batch that was not.
   [[nodiscard]] std::uint32_t first_of(const Batch& batch, const CellStore& cells) const {
-    if (memory_rows_ > 0)
-      return static_cast<std::uint32_t>(batch.memory.data - cells.memory.row(0));
+    const float* row = cells.memory.row(0);
+    const std::less<const float*> before;
+    if (memory_rows_ > 0 && !before(batch.memory.data, row) &&
+        before(batch.memory.data, row + cells.size()))
+      return static_cast<std::uint32_t>(batch.memory.data - row);
     std::uint32_t first = 0;
     for (std::uint32_t i = cells.size(); i-- > 0;)
       if (cells.organism[i] == batch.organism && cells.state[i] == batch.state) first = i;
