@@ -66,14 +66,12 @@ void morphogen_cells(benchmark::State& state) {
     model::MorphogenFields& fields = body.state().organisms.front().fields;
     model::FloatMatrix sensed;
     sensed.reshape(static_cast<std::uint32_t>(fields.kinds()), cells.size());
-    std::vector<float*> rows;
-    for (std::uint32_t kind = 0; kind < fields.kinds(); ++kind) rows.push_back(sensed.row(kind));
     std::vector<model::Footprint> prints(cells.size());
+    const std::vector<float> amounts(cells.size(), 0.5f);
     for (auto _ : state) {
-      fields.survey(cells.x, cells.y, prints, rows);
-      for (const model::Footprint& at : prints)
-        for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
-          fields.deposit(kind, at, 0.5f, model::Deposit::peak);
+      fields.survey(cells.x, cells.y, prints, sensed.lanes(0, cells.size(), sensed.channels()));
+      for (std::size_t kind = 0; kind < fields.kinds(); ++kind)
+        fields.deposit(kind, prints, amounts, model::Deposit::peak);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
@@ -114,6 +112,7 @@ void mechanics(benchmark::State& state) {
       cells.vx = start.vx;
       cells.vy = start.vy;
       solver.run(constants, body.state(), {});
+      solver.list_contacts(body.state().contacts);
       benchmark::ClobberMemory();
     }
     state.counters["time/cell"] = time_per(state, cells.size());
@@ -231,6 +230,15 @@ BENCHMARK(controller_step_52_proteins)
 
 // ---- aggression --------------------------------------------------------------------------------
 
+model::DiscBins bins_of(const model::CellStore& cells) {
+  std::vector<model::Disc> discs;
+  for (const std::uint32_t i : cells.order)
+    discs.push_back({cells.x[i], cells.y[i], cells.radius[i], 0.1});
+  model::DiscBins bins;
+  bins.sort(discs, 1.2);
+  return bins;
+}
+
 // The first cell met by each of many short paths across the body and round it, ten for each cell;
 // the sorting of cells included.
 void first_hits(benchmark::State& state) {
@@ -245,10 +253,11 @@ void first_hits(benchmark::State& state) {
       path = {x, y, x + rng.uniform(-0.5, 0.5), y + rng.uniform(-0.5, 0.5)};
     }
     std::vector<std::int32_t> hits(paths.size());
+    const model::DiscBins bins = bins_of(cells);
     model::HitFinder finder;
     for (auto _ : state) {
-      finder.prepare(cells);
-      finder.first(cells, paths, hits);
+      finder.prepare(cells, bins);
+      finder.first(paths, hits);
       benchmark::DoNotOptimize(hits.data());
       benchmark::ClobberMemory();
     }
@@ -266,7 +275,8 @@ void particles(benchmark::State& state) {
     Colonies& world = colonies_of(cells_of(state));
     model::WorldState& here = world.simulation().mutable_state();
     model::FloatMatrix no_inputs;
-    model::WorldView view(*world.experiment().ecosystem, here, no_inputs);
+    const model::DiscBins bins = bins_of(here.cells);
+    model::WorldView view(*world.experiment().ecosystem, here, no_inputs, bins);
     int steps = 0;
     double rows = 0;
     for (auto _ : state) {

@@ -92,7 +92,9 @@ Body::Body(std::uint32_t cells)
     store.ambrosia[i] = std::min(store.ambrosia[i], states.back().skill(model::skill_capacity));
   }
   simulation_->restructured();
-  model::MechanicsSolver().run(ecosystem().config().mechanics, state(), {});
+  model::MechanicsSolver mechanics;
+  mechanics.run(ecosystem().config().mechanics, state(), {});
+  mechanics.list_contacts(state().contacts);
 }
 
 std::vector<model::Body> bodies_of(const model::CellStore& cells) {

@@ -1,9 +1,13 @@
 // The whole step at sizes from a small body to a million cells: what a cell-step costs, and that
 // the cost does not grow with the world.
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "bench/colonies.hpp"
 #include "bench/subject.hpp"
+#include "core/model/profile.hpp"
+#include "core/model/team.hpp"
 
 namespace somas::bench {
 namespace {
@@ -82,6 +86,48 @@ BENCHMARK(whole_step)
     ->Arg(1'000'000)
     ->Iterations(steps_of_a_stretch / 4)
     ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+// The same with threads that share the world; by the clock. Beside it each phase's time, by the
+// clock of the calling thread.
+void whole_step_shared(benchmark::State& state) {
+  measure(state, [&] {
+    Colonies& world = colonies_of(static_cast<std::uint32_t>(state.range(0)));
+    model::Simulation& simulation = world.simulation();
+    model::Team team(static_cast<unsigned>(state.range(1)));
+    model::Profile profile;
+    simulation.use(&team);
+    simulation.measure(&profile);
+    double cell_steps = 0;
+    int steps = 0;
+    for (auto _ : state) {
+      if (steps++ == steps_of_a_stretch) {
+        state.PauseTiming();
+        world.rewind();
+        steps = 1;
+        state.ResumeTiming();
+      }
+      simulation.step();
+      cell_steps += simulation.state().cells.size();
+    }
+    simulation.measure(nullptr);
+    simulation.use(nullptr);
+    const benchmark::Counter::Flags invert{benchmark::Counter::kIsRate |
+                                           benchmark::Counter::kInvert};
+    state.counters["time/cell_step"] = {cell_steps, invert};
+    for (std::size_t p = 0; p < model::step_phases; ++p) {
+      const auto phase = static_cast<model::StepPhase>(p);
+      state.counters["ns:" + std::string(model::name_of(phase))] =
+          static_cast<double>(profile.phase(phase).count()) / cell_steps;
+    }
+  });
+}
+BENCHMARK(whole_step_shared)
+    ->ArgNames({"cells", "threads"})
+    ->ArgsProduct({{1'000, 5'000, 20'000, 50'000, 100'000}, {1, 2}})
+    ->Iterations(steps_of_a_stretch)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

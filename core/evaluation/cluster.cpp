@@ -31,7 +31,7 @@ constexpr const char* rank_variables[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "
 /// The first byte between ranks.
 enum class Word : std::uint8_t {
   // from rank 0
-  setup,  ///< u64 places, u64 memory, f64 watchdog
+  setup,  ///< u64 places, u64 memory, f64 watchdog, u64 world threads
   start,  ///< u64 place, u64 life
   send,   ///< u64 place, text
   stop,   ///< u64 place
@@ -166,7 +166,8 @@ class RemoteStation final : public Station {
       : mail_(std::move(mail)), rank_(rank), places_(options.places), name_(mail_->name_of(rank)) {
     Writer out;
     out.put(Word::setup).put(std::uint64_t{options.places}).put(options.memory_mib);
-    mail_->send(rank_, out.put(options.watchdog_seconds).take());
+    out.put(options.watchdog_seconds).put(std::uint64_t{options.world_threads});
+    mail_->send(rank_, out.take());
   }
   ~RemoteStation() override {
     for (std::size_t place = 0; place < places_; ++place) RemoteStation::stop(place);
@@ -264,6 +265,7 @@ class Supervisor {
       options.places = in.get<std::uint64_t>();
       options.memory_mib = in.get<std::uint64_t>();
       options.watchdog_seconds = in.get<double>();
+      options.world_threads = static_cast<unsigned>(in.get<std::uint64_t>());
       station_ = local_station(options);
     } else if (station_) {
       const std::size_t place = in.get<std::uint64_t>();
@@ -347,10 +349,13 @@ void Cluster::meet_ranks() {
 std::unique_ptr<Backend> Cluster::backend(const PoolOptions& options) {
   meet_ranks();
   std::vector<std::size_t> places = processors_;
-  if (options.workers != 0) places.assign(places.size(), options.workers);
+  for (std::size_t& of_rank : places)
+    of_rank = options.workers != 0 ? options.workers
+                                   : std::max(std::size_t{1}, of_rank / options.world_threads);
   LocalOptions local{.places = 0,
                      .memory_mib = options.memory_mib,
                      .watchdog_seconds = options.watchdog_seconds,
+                     .world_threads = options.world_threads,
                      .program = options.program};
   StationMaker make = [mail = mail_, places, local]() mutable {
     std::vector<std::unique_ptr<Station>> stations;
@@ -363,7 +368,8 @@ std::unique_ptr<Backend> Cluster::backend(const PoolOptions& options) {
     }
     return stations;
   };
-  return std::make_unique<Pool>(names_, std::move(places), std::move(make), options.warn);
+  return std::make_unique<Pool>(names_, std::move(places), std::move(make), options.warn,
+                                options.world_threads);
 }
 
 void Cluster::end(int exit_code) {

@@ -74,7 +74,8 @@ std::string machine_name() {
 
 class EvaluatorProcess {
  public:
-  explicit EvaluatorProcess(EvaluatorPage& page) : page_(page) {}
+  EvaluatorProcess(EvaluatorPage& page, unsigned world_threads)
+      : page_(page), team_(world_threads) {}
 
   [[noreturn]] void serve() {
     for (std::string message;;) {
@@ -153,7 +154,7 @@ class EvaluatorProcess {
       const auto id = in.get<std::uint64_t>();
       const OwnedTask owned = decode_task(in);
       page_.task = id;
-      const Result result = attempt(*experiment.ecosystem, owned.task).value();
+      const Result result = attempt(*experiment.ecosystem, owned.task, {}, nullptr, &team_).value();
       page_.task = 0;
 
       const Clock::time_point now = Clock::now();
@@ -172,6 +173,7 @@ class EvaluatorProcess {
   }
 
   EvaluatorPage& page_;
+  model::Team team_;
   std::string arrived_;
   std::map<std::uint32_t, experiment::Experiment> experiments_;
 };
@@ -179,7 +181,7 @@ class EvaluatorProcess {
 }  // namespace
 
 void serve_evaluations(const std::vector<std::string>& arguments) {
-  if (arguments.size() != 2) {
+  if (arguments.size() != 3) {
     std::fputs("somas-host: evaluators are started by a run, not by hand\n", stderr);
     std::exit(2);
   }
@@ -192,7 +194,8 @@ void serve_evaluations(const std::vector<std::string>& arguments) {
   auto* page = static_cast<EvaluatorPage*>(memory);
   model::watched_site = &page->site;
   try {
-    EvaluatorProcess(*page).serve();
+    EvaluatorProcess(*page, static_cast<unsigned>(std::strtoul(arguments[2].c_str(), nullptr, 10)))
+        .serve();
   } catch (const std::bad_alloc&) {
     leave(evaluator_no_memory);
   }

@@ -33,7 +33,7 @@ enum EvaluatorExit : int {
 };
 
 /// Serves until the coordinator goes; never returns to plugins' destructors. `arguments`: the id of
-/// the parent process, the limit of memory in MiB (0: none).
+/// the parent process, the limit of memory in MiB (0: none), threads that share a large world.
 [[noreturn]] void serve_evaluations(const std::vector<std::string>& arguments);
 
 }  // namespace somas::evaluation

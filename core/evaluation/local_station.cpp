@@ -117,9 +117,9 @@ class Spawning {
     ::posix_spawnattr_setsigmask(&attributes_, &none);
     ::posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
 
-    std::vector<std::string> arguments = {"somas-host", evaluator_command,
-                                          std::to_string(::getpid()),
-                                          std::to_string(options.memory_mib)};
+    std::vector<std::string> arguments = {
+        "somas-host", evaluator_command, std::to_string(::getpid()),
+        std::to_string(options.memory_mib), std::to_string(options.world_threads)};
     std::vector<std::string> environment = scrubbed_environment();
     pid_t child = 0;
     const int error = ::posix_spawn(&child, options.program.c_str(), &actions_, &attributes_,

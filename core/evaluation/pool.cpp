@@ -1,5 +1,6 @@
 #include "core/evaluation/pool.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include "core/evaluation/dispatcher.hpp"
@@ -30,13 +31,15 @@ class PoolEvaluator final : public Evaluator {
 };
 
 std::size_t places_of(const PoolOptions& options) {
-  return options.workers != 0 ? options.workers : usable_processors();
+  if (options.workers != 0) return options.workers;
+  return std::max(1u, usable_processors() / options.world_threads);
 }
 
 StationMaker local_maker(const PoolOptions& options) {
   const LocalOptions local{.places = places_of(options),
                            .memory_mib = options.memory_mib,
                            .watchdog_seconds = options.watchdog_seconds,
+                           .world_threads = options.world_threads,
                            .program = options.program};
   return [local] {
     std::vector<std::unique_ptr<Station>> stations;
@@ -54,13 +57,16 @@ std::string counted(std::size_t count, const std::string& noun, const std::strin
 Pool::Pool(const PoolOptions& options)
     : dispatcher_(std::make_unique<Dispatcher>(std::vector<std::size_t>{places_of(options)},
                                                local_maker(options), options.warn)),
-      description_(counted(places_of(options), "evaluator process", "evaluator processes")) {}
+      description_(counted(places_of(options), "evaluator process", "evaluator processes")),
+      world_threads_(options.world_threads) {}
 
 Pool::Pool(std::vector<std::string> names, std::vector<std::size_t> places,
-           StationMaker make_stations, std::function<void(const std::string&)> warn)
+           StationMaker make_stations, std::function<void(const std::string&)> warn,
+           unsigned world_threads)
     : description_(counted(std::accumulate(places.begin(), places.end(), std::size_t{0}),
                            "evaluator process", "evaluator processes") +
-                   " of " + counted(names.size(), "rank", "ranks")) {
+                   " of " + counted(names.size(), "rank", "ranks")),
+      world_threads_(world_threads) {
   dispatcher_ =
       std::make_unique<Dispatcher>(std::move(places), std::move(make_stations), std::move(warn));
 }

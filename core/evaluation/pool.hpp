@@ -20,9 +20,10 @@
 namespace somas::evaluation {
 
 struct PoolOptions {
-  unsigned workers = 0;           ///< on this machine; 0: as many as there are processors
+  unsigned workers = 0;           ///< on this machine; 0: with their threads one per processor
   std::uint64_t memory_mib = 0;   ///< limit of an evaluator's data; 0: none
   double watchdog_seconds = 600;  ///< without a step of the simulation, until it is killed
+  unsigned world_threads = 1;     ///< of an evaluator, that share a large world
   std::filesystem::path program = "/proc/self/exe";  ///< understands `evaluator_command`
   /// What a person should know (an evaluator refused or lost); may be called by any thread.
   std::function<void(const std::string&)> warn{};
@@ -37,7 +38,7 @@ class Pool final : public Backend {
   explicit Pool(const PoolOptions& options);
   /// Evaluators of several machines; the first station is the coordinator's and sets the reference.
   Pool(std::vector<std::string> names, std::vector<std::size_t> places, StationMaker make_stations,
-       std::function<void(const std::string&)> warn);
+       std::function<void(const std::string&)> warn, unsigned world_threads = 1);
   /// Kills the evaluators. No evaluation may be running.
   ~Pool() override;
   Pool(const Pool&) = delete;
@@ -47,6 +48,7 @@ class Pool final : public Backend {
       const experiment::Experiment& experiment) override;
   [[nodiscard]] unsigned workers() const override;
   [[nodiscard]] double busy_seconds() const override;
+  [[nodiscard]] unsigned world_threads() const override { return world_threads_; }
   [[nodiscard]] std::string description() const override;
 
   class Dispatcher;
@@ -54,6 +56,7 @@ class Pool final : public Backend {
  private:
   std::unique_ptr<Dispatcher> dispatcher_;
   std::string description_;
+  unsigned world_threads_;
 };
 
 }  // namespace somas::evaluation

@@ -83,9 +83,9 @@ Failure failure_of(const model::PluginFailure& error) {
 }  // namespace
 
 std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
-                              model::Profile* profile) {
+                              model::Profile* profile, model::Team* team) {
   try {
-    return simulate(ecosystem, task, stop, {}, nullptr, profile);
+    return simulate(ecosystem, task, stop, {}, nullptr, profile, team);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const model::PluginFailure& error) {
@@ -98,7 +98,7 @@ std::optional<Result> attempt(const model::Ecosystem& ecosystem, const Task& tas
 
 std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& task, StopToken stop,
                                const StepObserver& observe, model::Witness* witness,
-                               model::Profile* profile) {
+                               model::Profile* profile, model::Team* team) {
   std::vector<model::Phenotype> phenotypes;
   phenotypes.reserve(task.roster.size());
   std::vector<model::RosterEntry> roster;
@@ -110,6 +110,7 @@ std::optional<Result> simulate(const model::Ecosystem& ecosystem, const Task& ta
   model::Simulation simulation(ecosystem, roster, task.seed);
   simulation.tell(witness);
   simulation.measure(profile);
+  simulation.use(team);
   const model::Stopwatch watch(profile, [&](model::Profile& of, model::Profile::Duration time) {
     of.add_life(time, simulation.steps_done(), cell_steps_of(simulation));
   });

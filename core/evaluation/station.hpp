@@ -61,6 +61,7 @@ struct LocalOptions {
   std::size_t places = 1;
   std::uint64_t memory_mib = 0;   ///< limit of an evaluator's data; 0: none
   double watchdog_seconds = 600;  ///< without a step of the simulation
+  unsigned world_threads = 1;     ///< of an evaluator, that share a large world
   std::filesystem::path program = "/proc/self/exe";
 };
 

@@ -21,12 +21,14 @@ namespace {
 /// What the workers of one call share.
 struct Batch {
   Batch(const model::Ecosystem& the_ecosystem, std::span<const Task> the_tasks, StopToken the_stop,
-        ThreadEvaluator::Turnstile* the_turnstile, model::Profile* the_profile)
+        ThreadEvaluator::Turnstile* the_turnstile, model::Profile* the_profile,
+        model::WorldThreads the_world)
       : ecosystem(the_ecosystem),
         tasks(the_tasks),
         stop(the_stop),
         turnstile(the_turnstile),
         profile(the_profile),
+        world(the_world),
         order(longest_first(the_tasks)),
         results(the_tasks.size()) {}
 
@@ -35,6 +37,7 @@ struct Batch {
   StopToken stop;
   ThreadEvaluator::Turnstile* turnstile;  ///< may be null
   model::Profile* profile;                ///< may be null
+  model::WorldThreads world;
   std::vector<std::size_t> order;
   std::vector<Result> results;
   std::atomic<std::size_t> next{0};
@@ -50,10 +53,10 @@ struct Batch {
 
 // A task that fails is tried again, as everywhere; here in the same process, for want of another.
 std::optional<Result> evaluate_patiently(const Batch& batch, const Task& task,
-                                         model::Profile* profile) {
+                                         model::Profile* profile, model::Team& team) {
   std::optional<Result> result;
   for (std::uint32_t attempts = 1; attempts <= most_attempts; ++attempts) {
-    result = attempt(batch.ecosystem, task, batch.stop, profile);
+    result = attempt(batch.ecosystem, task, batch.stop, profile, &team);
     if (!result || !result->failure) break;
     result->failure->attempts = attempts;
   }
@@ -83,9 +86,9 @@ class Turn {
   Clock::time_point begun_;
 };
 
-void evaluate_one(Batch& batch, std::size_t index, model::Profile* profile) {
+void evaluate_one(Batch& batch, std::size_t index, model::Profile* profile, model::Team& team) {
   try {
-    std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index], profile);
+    std::optional<Result> result = evaluate_patiently(batch, batch.tasks[index], profile, team);
     if (!result) {
       batch.stopped = true;
       return;
@@ -104,12 +107,13 @@ void evaluate_one(Batch& batch, std::size_t index, model::Profile* profile) {
 void work(Batch& batch) {
   const WatchedThread watched;
   model::Profile own;
+  model::Team team(batch.world);
   while (!batch.stop.stop_requested() && !batch.abandoned) {
     const Turn turn(batch.turnstile);
     if (batch.stop.stop_requested()) break;
     const std::size_t index = batch.next++;
     if (index >= batch.order.size()) break;
-    evaluate_one(batch, batch.order[index], batch.profile != nullptr ? &own : nullptr);
+    evaluate_one(batch, batch.order[index], batch.profile != nullptr ? &own : nullptr, team);
   }
   if (batch.stop.stop_requested()) batch.stopped = true;
   if (batch.profile != nullptr) {
@@ -167,16 +171,18 @@ std::vector<std::size_t> longest_first(std::span<const Task> tasks) {
 }
 
 ThreadEvaluator::ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
-                                 std::shared_ptr<Turnstile> turnstile, model::Profile* profile)
+                                 std::shared_ptr<Turnstile> turnstile, model::Profile* profile,
+                                 model::WorldThreads world)
     : ecosystem_(ecosystem),
       threads_(threads != 0 ? threads : std::max(1u, std::thread::hardware_concurrency())),
       turnstile_(std::move(turnstile)),
-      profile_(profile) {}
+      profile_(profile),
+      world_(world) {}
 
 std::optional<std::vector<Result>> ThreadEvaluator::evaluate(std::span<const Task> tasks,
                                                              StopToken stop,
                                                              const ResultCallback& finished) {
-  Batch batch(ecosystem_, tasks, stop, turnstile_.get(), profile_);
+  Batch batch(ecosystem_, tasks, stop, turnstile_.get(), profile_, world_);
   {
     std::vector<std::jthread> workers;
     const auto wanted = static_cast<unsigned>(std::min<std::size_t>(threads_, tasks.size()));
@@ -214,16 +220,20 @@ namespace {
 
 class ThreadBackend final : public Backend {
  public:
-  ThreadBackend(unsigned workers, model::Profile* profile)
-      : workers_(workers != 0 ? workers : std::max(1u, std::thread::hardware_concurrency())),
+  ThreadBackend(unsigned workers, model::Profile* profile, model::WorldThreads world)
+      : workers_(workers != 0 ? workers
+                              : std::max(1u, std::thread::hardware_concurrency() / world.threads)),
         turnstile_(std::make_shared<ThreadEvaluator::Turnstile>(workers_)),
-        profile_(profile) {}
+        profile_(profile),
+        world_(world) {}
   [[nodiscard]] std::unique_ptr<Evaluator> evaluator(
       const experiment::Experiment& experiment) override {
-    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_, turnstile_, profile_);
+    return std::make_unique<ThreadEvaluator>(*experiment.ecosystem, workers_, turnstile_, profile_,
+                                             world_);
   }
   [[nodiscard]] unsigned workers() const override { return workers_; }
   [[nodiscard]] double busy_seconds() const override { return turnstile_->busy_seconds; }
+  [[nodiscard]] unsigned world_threads() const override { return world_.threads; }
   [[nodiscard]] std::string description() const override {
     return std::to_string(workers_) + (workers_ == 1 ? " thread" : " threads");
   }
@@ -232,12 +242,14 @@ class ThreadBackend final : public Backend {
   unsigned workers_;
   std::shared_ptr<ThreadEvaluator::Turnstile> turnstile_;
   model::Profile* profile_;
+  model::WorldThreads world_;
 };
 
 }  // namespace
 
-std::unique_ptr<Backend> thread_backend(unsigned workers, model::Profile* profile) {
-  return std::make_unique<ThreadBackend>(workers, profile);
+std::unique_ptr<Backend> thread_backend(unsigned workers, model::Profile* profile,
+                                        model::WorldThreads world) {
+  return std::make_unique<ThreadBackend>(workers, profile, world);
 }
 
 }  // namespace somas::evaluation

@@ -7,6 +7,7 @@
 
 #include "core/evaluation/evaluator.hpp"
 #include "core/model/profile.hpp"
+#include "core/model/team.hpp"
 
 namespace somas::evaluation {
 
@@ -24,11 +25,11 @@ class ThreadEvaluator final : public Evaluator {
     std::atomic<double> busy_seconds = 0;  ///< of all who have passed
   };
 
-  /// `ecosystem` must outlive this. threads = 0: one per processor. `profile`: as of
+  /// `ecosystem` must outlive this. threads = 0: one per processor. `profile`, `world`: as of
   /// thread_backend.
   ThreadEvaluator(const model::Ecosystem& ecosystem, unsigned threads,
-                  std::shared_ptr<Turnstile> turnstile = nullptr,
-                  model::Profile* profile = nullptr);
+                  std::shared_ptr<Turnstile> turnstile = nullptr, model::Profile* profile = nullptr,
+                  model::WorldThreads world = {});
 
   [[nodiscard]] std::optional<std::vector<Result>> evaluate(
       std::span<const Task> tasks, StopToken stop, const ResultCallback& finished) override;
@@ -45,6 +46,7 @@ class ThreadEvaluator final : public Evaluator {
   unsigned threads_;
   std::shared_ptr<Turnstile> turnstile_;  ///< null: all threads at a time
   model::Profile* profile_;
+  model::WorldThreads world_;
 };
 
 }  // namespace somas::evaluation

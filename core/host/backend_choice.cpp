@@ -11,10 +11,12 @@ std::unique_ptr<evaluation::Backend> make_backend(const BackendChoice& choice,
   if (choice.threads != 0 || choice.backend == "threads") {
     if (cluster != nullptr && cluster->size() > 1)
       terminal.line("warning: threads are of rank 0; the other ranks have nothing to do");
-    return evaluation::thread_backend(choice.threads != 0 ? choice.threads : choice.workers);
+    return evaluation::thread_backend(choice.threads != 0 ? choice.threads : choice.workers,
+                                      nullptr, {.threads = choice.world_threads});
   }
   evaluation::PoolOptions options;
   options.workers = choice.workers;
+  options.world_threads = choice.world_threads;
   options.memory_mib = choice.memory_mib;
   options.watchdog_seconds = static_cast<double>(choice.watchdog_seconds);
   options.warn = [&terminal](const std::string& text) { terminal.line("warning: " + text); };

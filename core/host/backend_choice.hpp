@@ -12,8 +12,9 @@ namespace somas::host {
 
 struct BackendChoice {
   std::string backend = "processes";  ///< or "threads"
-  unsigned workers = 0;               ///< 0: one per processor
+  unsigned workers = 0;               ///< 0: with the threads of their worlds one per processor
   unsigned threads = 0;               ///< --threads N: backend threads, N workers
+  unsigned world_threads = 1;         ///< that share a large world
   std::uint64_t memory_mib = 0;       ///< of an evaluator process; 0: no limit
   std::uint64_t watchdog_seconds = 600;
 };

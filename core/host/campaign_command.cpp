@@ -60,6 +60,7 @@ std::optional<std::vector<std::string>> restart_of(
   if (backend.threads == 0) words = {"--backend", backend.backend};
   if (backend.threads == 0) add("--workers", backend.workers);
   add("--threads", backend.threads);
+  add("--world-threads", backend.world_threads);
   add("--evaluator-memory", backend.memory_mib);
   add("--watchdog", backend.watchdog_seconds);
   add("--runs-at-once", at_once);

@@ -101,6 +101,14 @@ void add_file(CLI::App& app, std::filesystem::path& file) {
   app.add_option("FILE", file, "The experiment (YAML)")->type_name("")->required();
 }
 
+void add_world_threads(CLI::App& app, unsigned& threads) {
+  app.add_option("--world-threads", threads,
+                 "Threads that share the steps of each simulation; worth it in worlds of many "
+                 "thousands of cells. Default 1. Never changes results")
+      ->type_name("N")
+      ->check(whole_number(1, 256));
+}
+
 /// Returns the option --backend.
 CLI::Option* add_backend(CLI::App& app, BackendChoice& choice) {
   CLI::Option* backend =
@@ -110,7 +118,9 @@ CLI::Option* add_backend(CLI::App& app, BackendChoice& choice) {
           ->type_name("KIND")
           ->check(CLI::IsMember({"processes", "threads"}).description(""));
   CLI::Option* workers =
-      app.add_option("--workers", choice.workers, "How many of them; default: one per processor")
+      app.add_option(
+             "--workers", choice.workers,
+             "How many of them; default: with the threads of their worlds one per processor")
           ->type_name("N")
           ->check(whole_number(1, 4096));
   app.add_option("--threads", choice.threads, "The same as --backend threads --workers N")
@@ -118,6 +128,7 @@ CLI::Option* add_backend(CLI::App& app, BackendChoice& choice) {
       ->check(whole_number(1, 4096))
       ->excludes(backend)
       ->excludes(workers);
+  add_world_threads(app, choice.world_threads);
   app.add_option("--evaluator-memory", choice.memory_mib,
                  "Most memory of an evaluator process, in MiB; default: no limit")
       ->type_name("MIB")
@@ -405,6 +416,7 @@ void add_replay(CLI::App& parser, Options& options) {
   add_moments(app, options);
   add_picture(app, replay.picture);
   add_recordings(app, replay);
+  add_world_threads(app, replay.world_threads);
   add_plugin_path(app, replay.plugin_path);
 }
 

@@ -127,6 +127,7 @@ struct ReplayCommand {
   std::optional<std::filesystem::path> record;
   PageCommand page;
   std::optional<std::uint64_t> every, fields_every;  ///< of page and recording
+  unsigned world_threads = 1;
 };
 
 /// somas-host compete FILE

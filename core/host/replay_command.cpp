@@ -170,7 +170,8 @@ int execute(const ReplayCommand& command, run::Terminal& terminal) {
                              .from_step = command.from_step,
                              .from_state = command.from_state,
                              .wounds = {},
-                             .save_at = command.at_step};
+                             .save_at = command.at_step,
+                             .world_threads = command.world_threads};
   for (const std::string& wound : command.wounds) options.wounds.push_back(wound_of(wound));
   const bool with_anatomy = command.anatomy || command.anatomy_csv;
   if (with_anatomy || picture)

@@ -39,9 +39,10 @@ int execute(const RunCommand& command, run::Terminal& terminal) {
   // Only threads of this process can be looked into.
   model::Profile profile;
   const auto backend =
-      command.profile ? evaluation::thread_backend(
-                            std::max(command.backend.threads, command.backend.workers), &profile)
-                      : make_backend(command.backend, terminal);
+      command.profile
+          ? evaluation::thread_backend(std::max(command.backend.threads, command.backend.workers),
+                                       &profile, {.threads = command.backend.world_threads})
+          : make_backend(command.backend, terminal);
   run::RunOptions options;
   options.file = command.file;
   options.out = command.out;

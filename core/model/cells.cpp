@@ -33,7 +33,7 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
 }
 
 template <class T>
-void Reorganiser::gather(T* column) {
+void Reorganiser::gather(T* column, std::vector<std::byte>& scratch) const {
   static_assert(sizeof(T) <= sizeof(std::uint64_t) && std::is_trivially_copyable_v<T>);
   if (only_removals_) {
     // Everybody moves towards the front: in place, front to back.
@@ -43,10 +43,34 @@ void Reorganiser::gather(T* column) {
   }
   if (runs_.empty()) return;
   const std::size_t first = runs_.front().to;
-  auto* moved = reinterpret_cast<T*>(scratch_.data());
+  auto* moved = reinterpret_cast<T*>(scratch.data());
   for (const Run& run : runs_)
     std::memcpy(moved + (run.to - first), column + run.from, run.count * sizeof(T));
   std::memcpy(column + first, moved, (source_.size() - first) * sizeof(T));
+}
+
+void Reorganiser::gather_columns(CellStore& cells) {
+  moves_.clear();
+  const auto add = [&]<class T>(T* column) {
+    moves_.push_back(
+        {column, [](const Reorganiser& how, void* of, std::vector<std::byte>& scratch) {
+           how.gather(static_cast<T*>(of), scratch);
+         }});
+  };
+  cells.each_column([&](auto& column) { add(column.data()); });
+  for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) add(cells.memory.row(c));
+
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(source_.size());
+  scratch_.resize(std::max<std::size_t>(scratch_.size(), parts));
+  for (auto& scratch : scratch_)
+    scratch.resize(std::max(scratch.size(), source_.size() * sizeof(std::uint64_t)));
+  // Wide columns come first and narrow ones last: deal them out in turn.
+  const auto gather_some = [&](unsigned part) {
+    for (std::size_t m = part; m < moves_.size(); m += parts)
+      moves_[m].gather(*this, moves_[m].column, scratch_[part]);
+  };
+  if (parts == 1) return gather_some(0);
+  team_->run(parts, gather_some);
 }
 
 void Reorganiser::list_runs() {
@@ -71,12 +95,8 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
     sort_order(cells);
 
   list_runs();
-  scratch_.resize(std::max(scratch_.size(), source_.size() * sizeof(std::uint64_t)));
-  cells.each_column([&](auto& column) {
-    gather(column.data());
-    column.resize(source_.size());
-  });
-  for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) gather(cells.memory.row(c));
+  gather_columns(cells);
+  cells.each_column([&](auto& column) { column.resize(source_.size()); });
 
   cells.ranges.clear();
   for (std::uint32_t i = 0; i < cells.size(); ++i) {

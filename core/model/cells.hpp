@@ -12,6 +12,7 @@
 #include "somas/sdk/types.hpp"
 
 #include "core/model/schema.hpp"
+#include "core/model/team.hpp"
 
 namespace somas::model {
 
@@ -111,6 +112,8 @@ inline constexpr std::uint32_t gone = 0xFFFFFFFFu;
 class Reorganiser {
  public:
   void run(CellStore& cells, std::span<const std::uint8_t> remove);
+  /// Shares the moving of columns with `team` (null: nobody) from now on; it must outlive this.
+  void use(Team* team) { team_ = team; }
   /// New place of each old index, or `gone`; valid until the next run.
   [[nodiscard]] std::span<const std::uint32_t> new_index() const { return new_index_; }
 
@@ -120,7 +123,8 @@ class Reorganiser {
   void sort_order(const CellStore& cells);
   void list_runs();
   template <class T>
-  void gather(T* column);
+  void gather(T* column, std::vector<std::byte>& scratch) const;
+  void gather_columns(CellStore& cells);
 
   std::vector<std::uint32_t> kept_, moved_, newborn_;
   std::vector<std::uint32_t> source_, new_index_;  ///< old index of each new one, and back
@@ -131,7 +135,14 @@ class Reorganiser {
   };
   std::vector<Run> runs_;  ///< of all from the first cell on that does not stay in place
   bool only_removals_ = false;
-  std::vector<std::byte> scratch_;
+  /// A column, by its place among all, and what moves it.
+  struct Move {
+    void* column;
+    void (*gather)(const Reorganiser& how, void* column, std::vector<std::byte>& scratch);
+  };
+  std::vector<Move> moves_;
+  std::vector<std::vector<std::byte>> scratch_{1};  ///< by part
+  Team* team_ = nullptr;
 };
 
 }  // namespace somas::model

@@ -1,12 +1,15 @@
 #include "core/model/cycle.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "somas/sdk/rng.hpp"
 
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
+#include "core/model/ranges.hpp"
 
 namespace somas::model {
 
@@ -76,55 +79,88 @@ void CycleSolver::decide(const Ecosystem& ecosystem, WorldState& world,
                          const FloatMatrix& outputs) {
   CellStore& cells = world.cells;
   const Config& config = ecosystem.config();
-  std::vector<std::uint32_t>& dividing = dividing_count_;
-  dividing.assign(world.organisms.size(), 0);
-  for (std::uint32_t i = 0; i < cells.size(); ++i)
-    if (cells.action[i] == Action::division) ++dividing[cells.organism[i]];
+  dividing_count_.assign(world.organisms.size(), 0);
+  marks_.resize(cells.size());
+  share_ranges(team_, cells,
+               [&](const CellRange& range) { decide(ecosystem, world, outputs, range); });
 
-  for (const std::uint32_t i : cells.order) {
-    if (cells.action[i] != Action::none) continue;
+  // The cap on cells: first come, first served.
+  each_marked(marks_, 1, [&](std::uint32_t place) {
+    const std::uint32_t i = cells.order[place];
     OrganismState& organism = world.organisms[cells.organism[i]];
-    Choice choice = strongest(world.state_of(i), organism.phenotype->ports->out(), outputs, i);
+    std::uint32_t& dividing = dividing_count_[cells.organism[i]];
+    const bool full = organism.live + dividing >= config.max_cells;
+    if (full) ++organism.outcome.refused_divisions;
+    if (full && witness_ != nullptr) witness_->division_refused(world, i);
+    if (!full) ++dividing;
+    cells.action[i] = full ? Action::quiescence : Action::division;
+    cells.target[i] = no_state;
+    cells.remaining[i] = duration(config.cycle, cells.action[i]);
+  });
+}
+
+void CycleSolver::decide(const Ecosystem& ecosystem, WorldState& world, const FloatMatrix& outputs,
+                         const CellRange& range) {
+  CellStore& cells = world.cells;
+  const Cycle& cycle = ecosystem.config().cycle;
+  const State& state = world.state_of(range.begin);
+  const OutputChannels& channels = world.organisms[range.organism].phenotype->ports->out();
+  std::uint32_t dividing = 0;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    marks_[cells.rank[i]] = 0;
+    dividing += cells.action[i] == Action::division ? 1 : 0;
+    if (cells.action[i] != Action::none) continue;
+    Choice choice = strongest(state, channels, outputs, i);
     if (choice.action == Action::division) {
-      const bool able = cells.energy[i] >= config.cycle.division_energy &&
-                        cells.pressure[i] <= config.cycle.division_pressure;
-      const bool full = organism.live + dividing[cells.organism[i]] >= config.max_cells;
-      if (able && full) ++organism.outcome.refused_divisions;
-      if (able && full && witness_ != nullptr) witness_->division_refused(world, i);
-      if (able && !full) ++dividing[cells.organism[i]];
-      if (!able || full) choice = {};
+      const bool able =
+          cells.energy[i] >= cycle.division_energy && cells.pressure[i] <= cycle.division_pressure;
+      marks_[cells.rank[i]] = able ? 1 : 0;
+      if (able) continue;  // if there is room
+      choice = {};
     }
     cells.action[i] = choice.action;
     cells.target[i] = choice.target;
-    cells.remaining[i] = duration(config.cycle, choice.action);
+    cells.remaining[i] = duration(cycle, choice.action);
   }
+  const std::atomic_ref count(dividing_count_[range.organism]);
+  count.fetch_add(dividing, std::memory_order_relaxed);
 }
 
 bool CycleSolver::advance(const Ecosystem& ecosystem, WorldState& world) {
+  const CellStore& cells = world.cells;
+  share_ranges(team_, cells,
+               [&](const CellRange& range) { advance(ecosystem.config().cycle, world, range); });
+  const auto list = [&](Action ended, std::vector<std::uint32_t>& those) {
+    those.clear();
+    each_marked(marks_, static_cast<std::uint8_t>(ended),
+                [&](std::uint32_t place) { those.push_back(cells.order[place]); });
+  };
+  list(Action::apoptosis, dying_);
+  list(Action::specialization, specializing_);
+  list(Action::division, dividing_);
+  release(world);
+  specialize(ecosystem, world);
+  divide(ecosystem, world);
+  return !specializing_.empty() || !dividing_.empty();
+}
+
+void CycleSolver::advance(const Cycle& cycle, WorldState& world, const CellRange& range) {
   CellStore& cells = world.cells;
-  const Cycle& cycle = ecosystem.config().cycle;
-  dying_.clear();
-  specializing_.clear();
-  dividing_.clear();
-  for (const std::uint32_t i : cells.order) {
+  const double resting = world.state_of(range.begin).radius;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    std::uint8_t& ended = marks_[cells.rank[i]];
+    ended = static_cast<std::uint8_t>(Action::none);
     if (cells.dead[i] != 0) continue;
     --cells.remaining[i];
     // A dividing cell doubles its area: r0 sqrt(1 + k / n) after k of n steps.
     if (cells.action[i] == Action::division) {
       const double done = cycle.division_steps - cells.remaining[i];
-      cells.radius[i] =
-          world.state_of(i).radius * std::sqrt(1.0 + done / double(cycle.division_steps));
+      cells.radius[i] = resting * std::sqrt(1.0 + done / double(cycle.division_steps));
     }
     if (cells.remaining[i] > 0) continue;
-    if (cells.action[i] == Action::apoptosis) dying_.push_back(i);
-    if (cells.action[i] == Action::specialization) specializing_.push_back(i);
-    if (cells.action[i] == Action::division) dividing_.push_back(i);
+    ended = static_cast<std::uint8_t>(cells.action[i]);
     cells.action[i] = Action::none;
   }
-  release(world);
-  specialize(ecosystem, world);
-  divide(ecosystem, world);
-  return !specializing_.empty() || !dividing_.empty();
 }
 
 void CycleSolver::release(WorldState& world) {
@@ -133,7 +169,8 @@ void CycleSolver::release(WorldState& world) {
   for (const std::uint32_t i : dying_) cells.kill(i, cause_apoptosis);
 
   // Equal parts for the contacts; the dying receive nothing that counts (it is lost with them).
-  received_.assign(cells.size(), 0.0);
+  received_.resize(std::max<std::size_t>(received_.size(), cells.size()), 0.0);
+  receivers_.clear();
   for (const std::uint32_t i : dying_) {
     const auto contacts = world.contacts.of(i);
     if (contacts.empty()) continue;  // then it is lost with the cell
@@ -142,6 +179,7 @@ void CycleSolver::release(WorldState& world) {
     world.organisms[cells.organism[i]].ledger.lost_efficiency +=
         cells.ambrosia[i] * (1.0 - efficiency);
     for (const std::uint32_t j : contacts) {
+      if (received_[j] == 0 && efficiency * part > 0) receivers_.push_back(j);
       received_[j] += efficiency * part;
       if (witness_ != nullptr && efficiency * part > 0)
         witness_->ambrosia_passed(world, i, j, efficiency * part);
@@ -152,10 +190,11 @@ void CycleSolver::release(WorldState& world) {
   }
   for (const std::uint32_t i : dying_)
     if (!world.contacts.of(i).empty()) cells.ambrosia[i] = 0;
-  for (const std::uint32_t j : cells.order) {
-    if (received_[j] == 0) continue;
+  std::sort(receivers_.begin(), receivers_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return cells.rank[a] < cells.rank[b]; });
+  for (const std::uint32_t j : receivers_) {
     const double capacity = world.state_of(j).skill(skill_capacity);
-    const double total = cells.ambrosia[j] + received_[j];
+    const double total = cells.ambrosia[j] + std::exchange(received_[j], 0.0);
     const double excess = std::max(0.0, total - capacity);
     cells.ambrosia[j] = total - excess;
     world.organisms[cells.organism[j]].ledger.lost_overflow += excess;

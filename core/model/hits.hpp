@@ -8,6 +8,7 @@
 #include "somas/sdk/world.hpp"
 
 #include "core/model/cells.hpp"
+#include "core/model/disc_bins.hpp"
 
 namespace somas::model {
 
@@ -15,27 +16,23 @@ namespace somas::model {
 /// negative when it does not meet it.
 [[nodiscard]] double meeting(const Segment& segment, double x, double y, double radius);
 
-/// Finds first hits on a grid of bins over the cells' present positions.
+/// Finds first hits among cells that are sorted into bins.
 class HitFinder {
  public:
-  /// Sorts the cells' discs; call after they moved.
-  void prepare(const CellStore& cells);
+  /// Call after cells moved. The items of `bins` are places in the canonical order of `cells`; each
+  /// cell's disc lies within reach of its place there. Both are used until the next call.
+  void prepare(const CellStore& cells, const DiscBins& bins);
   /// Index of the first cell met (equal distances: canonical order), or -1.
-  [[nodiscard]] std::int32_t first(const CellStore& cells, const Segment& segment) const;
+  [[nodiscard]] std::int32_t first(const Segment& segment) const;
   /// The same for many: hits[i] is for segments[i].
-  void first(const CellStore& cells, std::span<const Segment> segments,
-             std::span<std::int32_t> hits);
+  void first(std::span<const Segment> segments, std::span<std::int32_t> hits) const;
 
  private:
   void mark_inhabited();
-  [[nodiscard]] bool overlaps(const Segment& segment) const;
-  [[nodiscard]] std::int32_t nearest(const CellStore& cells, const Segment& segment) const;
+  [[nodiscard]] bool far_from_all(const Segment& segment, double length) const;
 
-  double left_ = 0, bottom_ = 0, right_ = -1, top_ = -1;  ///< bounds of all discs
-  double side_ = 1, widest_ = 0;
-  std::int32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> start_, items_, bin_, placed_, near_;
-  std::vector<double> x_, y_, radius_;            ///< of items, with room to read four at a time
+  const CellStore* cells_ = nullptr;
+  const DiscBins* bins_ = nullptr;
   std::vector<std::uint8_t> inhabited_, around_;  ///< bins of a row with cells; all near cells
 };
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include "core/model/lanes.hpp"
+#include "core/model/ranges.hpp"
+
 namespace somas::model {
 
 namespace {
@@ -17,139 +20,215 @@ const OutputChannels& outputs_of(const WorldState& world, const CellRange& range
   return world.organisms[range.organism].phenotype->ports->out();
 }
 
+/// Four sums at a time, as Sum adds.
+struct FourSums {
+  Four sum, error;
+
+  void add(const Four& x) {
+    const Four next = sum + x;
+    const Four of_sum = sum < 0 ? -sum : sum, of_x = x < 0 ? -x : x;
+    error += of_sum >= of_x ? (sum - next) + x : (x - next) + sum;
+    sum = next;
+  }
+};
+
 }  // namespace
+
+struct MetabolismSolver::Step {
+  const Ecosystem& ecosystem;
+  WorldState& world;
+  const FloatMatrix& outputs;
+
+  [[nodiscard]] const std::vector<Resource>& resources() const {
+    return ecosystem.schema().resources;
+  }
+  [[nodiscard]] std::vector<double>& content(const Resource& resource) const {
+    return world.grids[resource.grid];
+  }
+};
 
 void MetabolismSolver::run(const Ecosystem& ecosystem, WorldState& world,
                            const FloatMatrix& outputs) {
-  take_up(ecosystem, world, outputs);
-  convert(world, outputs);
-  diffuse(ecosystem, world, outputs);
-  pay(ecosystem, world);
-}
-
-void MetabolismSolver::take_up(const Ecosystem& ecosystem, WorldState& world,
-                               const FloatMatrix& outputs) {
-  const std::vector<Resource>& resources = ecosystem.schema().resources;
-  CellStore& cells = world.cells;
-  const std::size_t count = cells.size();
-
-  // What every cell asks for of each resource, within its room.
-  demand_.resize(resources.size() * count);
-  room_.resize(count);
-  for (const CellRange& range : cells.ranges) {
-    const State& state = state_of(world, range);
-    const OutputChannels& channels = outputs_of(world, range);
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      room_[i] = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
-      for (std::size_t r = 0; r < resources.size(); ++r)
-        demand_[r * count + i] = std::min(
-            share(outputs.row(channels.uptakes[r])[i]) * state.skill(resources[r].production_skill),
-            room_[i]);
-    }
-  }
-
-  // Squares that are asked for more than they hold give everything, in proportion.
-  square_.resize(count);
-  squares_of_resource_.clear();
-  for (std::size_t r = 0; r < resources.size(); ++r) {
-    std::vector<double>& content = world.grids[resources[r].grid];
-    const Grid grid{content, ecosystem.schema().grids[resources[r].grid].spec};
-    double* demand = demand_.data() + r * count;
-    square_demand_.resize(content.size(), 0.0);
-    for (std::uint32_t i = 0; i < count; ++i) {
-      square_[i] = demand[i] > 0 ? grid.index_of(cells.x[i], cells.y[i]) : -1;
-      if (square_[i] >= 0) square_demand_[static_cast<std::size_t>(square_[i])] = 0;
-    }
-    for (const std::uint32_t i : cells.order)
-      if (square_[i] >= 0) square_demand_[static_cast<std::size_t>(square_[i])] += demand[i];
-    for (const std::uint32_t i : cells.order) {
-      if (square_[i] < 0) {
-        demand[i] = 0;
-        continue;
-      }
-      const auto square = static_cast<std::size_t>(square_[i]);
-      if (!(content[square] >= 0))
-        throw PluginFailure(ecosystem.schema().grids[resources[r].grid].owner,
-                            "step " + std::to_string(world.step),
-                            "the content of '" + resources[r].name + "' is not a number >= 0");
-      const bool scarce = square_demand_[square] > content[square];
-      if (scarce) demand[i] = demand[i] * (content[square] / square_demand_[square]);
-    }
-    squares_of_resource_.insert(squares_of_resource_.end(), square_.begin(), square_.end());
-  }
-
-  // What several resources yield together may exceed the room: then all are taken in proportion.
-  for (const std::uint32_t i : cells.order) {
-    double yield = 0;
-    for (std::size_t r = 0; r < resources.size(); ++r) yield += demand_[r * count + i];
-    const double part = yield > room_[i] ? room_[i] / yield : 1.0;
-    for (std::size_t r = 0; r < resources.size(); ++r) {
-      const std::int64_t square = squares_of_resource_[r * count + i];
-      if (square < 0) continue;
-      const double taken = demand_[r * count + i] * part;
-      double& content = world.grids[resources[r].grid][static_cast<std::size_t>(square)];
-      content = std::max(0.0, content - taken);
-      cells.ambrosia[i] += taken;
-      world.organisms[cells.organism[i]].ledger.taken += taken;
-    }
-  }
-}
-
-void MetabolismSolver::convert(WorldState& world, const FloatMatrix& outputs) {
-  CellStore& cells = world.cells;
-  for (const CellRange& range : cells.ranges) {
-    const float* wish = outputs.row(outputs_of(world, range).conversion);
-    Sum& burnt = world.organisms[range.organism].ledger.burnt;
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const double amount = std::min(share(wish[i]) * cells.ambrosia[i], 1.0 - cells.energy[i]);
-      cells.ambrosia[i] -= amount;
-      cells.energy[i] += amount;
-      burnt += amount;
-    }
-  }
-}
-
-void MetabolismSolver::diffuse(const Ecosystem& ecosystem, WorldState& world,
-                               const FloatMatrix& outputs) {
-  CellStore& cells = world.cells;
-  const Contacts& contacts = world.contacts;
-  const std::size_t count = cells.size();
-
-  // Offers to each contact, and what states say of giving and taking.
-  offer_.assign(count, 0.0);
-  gift_.resize(count);
-  efficiency_.resize(count);
-  room_.resize(count);
-  for (const CellRange& range : cells.ranges) {
-    const float* wish = outputs.row(outputs_of(world, range).diffusion);
-    const State& state = state_of(world, range);
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      efficiency_[i] = state.skill(skill_diffusion);
-      room_[i] = std::max(0.0, state.skill(skill_capacity) - cells.ambrosia[i]);
-      const std::size_t receivers = contacts.of(i).size();
-      if (receivers > 0)
-        offer_[i] = share(wish[i]) * cells.ambrosia[i] / static_cast<double>(receivers);
-      gift_[i] = efficiency_[i] * offer_[i];
-    }
-  }
-
-  // What comes in, and the part of it that finds room; gains wait until every offer is settled.
-  accepted_.resize(count);
-  gain_.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    double incoming = 0;
-    for (const std::uint32_t j : contacts.of(i)) incoming += gift_[j];
-    accepted_[i] = incoming > room_[i] ? room_[i] / incoming : 1.0;
-    gain_[i] = incoming > room_[i] ? room_[i] : incoming;
-  }
+  const Step step{ecosystem, world, outputs};
+  const std::uint32_t count = world.cells.size();
+  prepare(step);
+  share_ranges(team_, world.cells, [&](const CellRange& cells) { ask(step, cells); });
+  sum_demands(step);
+  share_ranges(team_, world.cells, [&](const CellRange& cells) {
+    take_up(step, cells);
+    convert(step, cells);
+    offer(step, cells);
+  });
+  if (bad_content_) refuse_contents(step);
+  // Gains wait until every offer is settled.
+  share_ranges(team_, world.cells, [&](const CellRange& cells) { accept(step, cells); });
   if (ecosystem.config().strangers.feed) book_gifts_to_strangers(world);
   if (witness_ != nullptr) tell_of_gifts(world);
-  for (const std::uint32_t i : cells.order) {
+  share_ranges(team_, world.cells, [&](const CellRange& cells) {
+    diffuse(step, cells);
+    pay(step, cells);
+  });
+
+  // Two things that each hang on the order of the cells.
+  const auto in_order = [&](unsigned part) { part == 0 ? empty_squares(step) : keep_books(step); };
+  if (team_ != nullptr && team_->parts(count) > 1) return team_->run(2, in_order);
+  in_order(0);
+  in_order(1);
+}
+
+void MetabolismSolver::prepare(const Step& step) {
+  const std::size_t count = step.world.cells.size(), resources = step.resources().size();
+  demand_.resize(resources * count);
+  square_.resize(resources * count);
+  square_demand_.resize(resources);
+  for (std::size_t r = 0; r < resources; ++r)
+    square_demand_[r].resize(step.content(step.resources()[r]).size() + 1, 0.0);
+  for (auto* column : {&room_, &offer_, &gift_, &accepted_, &gain_, &burnt_, &spent_, &lost_})
+    column->resize(count);
+}
+
+void MetabolismSolver::ask(const Step& step, const CellRange& range) {
+  const CellStore& cells = step.world.cells;
+  const State& state = state_of(step.world, range);
+  const std::vector<Resource>& resources = step.resources();
+  const double capacity = state.skill(skill_capacity);
+  for (std::uint32_t i = range.begin; i < range.end; ++i)
+    room_[i] = std::max(0.0, capacity - cells.ambrosia[i]);
+  for (std::size_t r = 0; r < resources.size(); ++r) {
+    const float* wish = step.outputs.row(outputs_of(step.world, range).uptakes[r]);
+    const double production = state.skill(resources[r].production_skill);
+    const Grid grid{step.content(resources[r]),
+                    step.ecosystem.schema().grids[resources[r].grid].spec};
+    const auto none = static_cast<std::int64_t>(grid.values.size());
+    double* demand = demand_.data() + r * cells.size();
+    std::uint32_t* square = square_.data() + r * cells.size();
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const double wanted = std::min(share(wish[i]) * production, room_[i]);
+      const std::int64_t at = wanted > 0 ? grid.index_of(cells.x[i], cells.y[i]) : -1;
+      const std::uint32_t k = cells.rank[i];
+      demand[k] = at < 0 ? 0.0 : wanted;
+      square[k] = static_cast<std::uint32_t>(at < 0 ? none : at);
+    }
+  }
+}
+
+void MetabolismSolver::sum_demands(const Step& step) {
+  const std::size_t count = step.world.cells.size();
+  for (std::size_t r = 0; r < square_demand_.size(); ++r) {
+    const double* demand = demand_.data() + r * count;
+    const std::uint32_t* square = square_.data() + r * count;
+    double* of_square = square_demand_[r].data();
+    for (std::size_t k = 0; k < count; ++k) of_square[square[k]] += demand[k];
+  }
+}
+
+void MetabolismSolver::take_up(const Step& step, const CellRange& range) {
+  const std::vector<Resource>& resources = step.resources();
+  CellStore& cells = step.world.cells;
+  bool bad = false;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    const std::size_t k = cells.rank[i];
+    // Squares that are asked for more than they hold give everything, in proportion.
+    double yield = 0;
+    for (std::size_t r = 0; r < resources.size(); ++r) {
+      const std::vector<double>& content = step.content(resources[r]);
+      const std::uint32_t square = square_[r * cells.size() + k];
+      if (square == content.size()) continue;
+      double& demand = demand_[r * cells.size() + k];
+      const double asked = square_demand_[r][square];
+      bad |= !(content[square] >= 0);
+      if (asked > content[square]) demand = demand * (content[square] / asked);
+      yield += demand;
+    }
+    // What several resources yield together may exceed the room: all are taken in proportion.
+    const double part = yield > room_[i] ? room_[i] / yield : 1.0;
+    for (std::size_t r = 0; r < resources.size(); ++r) {
+      double& taken = demand_[r * cells.size() + k];
+      taken = taken * part;
+      cells.ambrosia[i] += taken;
+    }
+  }
+  if (bad) bad_content_ = true;
+}
+
+void MetabolismSolver::refuse_contents(const Step& step) const {
+  const std::size_t count = step.world.cells.size();
+  for (std::size_t r = 0; r < step.resources().size(); ++r) {
+    const Resource& resource = step.resources()[r];
+    const std::vector<double>& content = step.content(resource);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t square = square_[r * count + k];
+      if (square < content.size() && !(content[square] >= 0))
+        throw PluginFailure(step.ecosystem.schema().grids[resource.grid].owner,
+                            "step " + std::to_string(step.world.step),
+                            "the content of '" + resource.name + "' is not a number >= 0");
+    }
+  }
+}
+
+void MetabolismSolver::convert(const Step& step, const CellRange& range) {
+  CellStore& cells = step.world.cells;
+  const float* wish = step.outputs.row(outputs_of(step.world, range).conversion);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    const double amount = std::min(share(wish[i]) * cells.ambrosia[i], 1.0 - cells.energy[i]);
+    cells.ambrosia[i] -= amount;
+    cells.energy[i] += amount;
+    burnt_[i] = amount;
+  }
+}
+
+void MetabolismSolver::offer(const Step& step, const CellRange& range) {
+  const CellStore& cells = step.world.cells;
+  const Contacts& contacts = step.world.contacts;
+  const float* wish = step.outputs.row(outputs_of(step.world, range).diffusion);
+  const double efficiency = state_of(step.world, range).skill(skill_diffusion);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    const std::size_t receivers = contacts.of(i).size();
+    offer_[i] =
+        receivers > 0 ? share(wish[i]) * cells.ambrosia[i] / static_cast<double>(receivers) : 0.0;
+    gift_[i] = efficiency * offer_[i];
+  }
+}
+
+void MetabolismSolver::accept(const Step& step, const CellRange& range) {
+  const CellStore& cells = step.world.cells;
+  const Contacts& contacts = step.world.contacts;
+  const double capacity = state_of(step.world, range).skill(skill_capacity);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    double incoming = 0;
+    for (const std::uint32_t j : contacts.of(i)) incoming += gift_[j];
+    const double room = std::max(0.0, capacity - cells.ambrosia[i]);
+    accepted_[i] = incoming > room ? room / incoming : 1.0;
+    gain_[i] = incoming > room ? room : incoming;
+  }
+}
+
+void MetabolismSolver::diffuse(const Step& step, const CellRange& range) {
+  CellStore& cells = step.world.cells;
+  const Contacts& contacts = step.world.contacts;
+  const double efficiency = state_of(step.world, range).skill(skill_diffusion);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
     double loss = 0;
     if (offer_[i] > 0)
       for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted_[j];
     cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain_[i];
-    world.organisms[cells.organism[i]].ledger.lost_efficiency += loss * (1.0 - efficiency_[i]);
+    lost_[cells.rank[i]] = loss * (1.0 - efficiency);
+  }
+}
+
+void MetabolismSolver::pay(const Step& step, const CellRange& range) {
+  CellStore& cells = step.world.cells;
+  const Metabolism& costs = step.ecosystem.config().metabolism;
+  const State& state = state_of(step.world, range);
+  const double crawling = costs.motility_cost * std::abs(state.motility);
+  std::array<double, 5> by_action{0.0, costs.quiescence_cost, costs.division_cost,
+                                  costs.specialization_cost, costs.apoptosis_cost};
+  for (double& cost : by_action) cost = (cost + crawling) / state.skill(skill_energy_efficiency);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    const double cost = by_action[static_cast<std::size_t>(cells.action[i])];
+    spent_[i] = std::min(cost, cells.energy[i]);
+    cells.energy[i] -= spent_[i];
+    if (cells.energy[i] <= starving) cells.kill(i, cause_starvation);
   }
 }
 
@@ -159,7 +238,7 @@ void MetabolismSolver::book_gifts_to_strangers(WorldState& world) const {
     if (!(offer_[i] > 0)) continue;
     for (const std::uint32_t j : world.contacts.of(i)) {
       if (cells.organism[j] == cells.organism[i]) continue;
-      const double arrived = efficiency_[i] * offer_[i] * accepted_[j];
+      const double arrived = gift_[i] * accepted_[j];
       world.organisms[cells.organism[i]].ledger.given += arrived;
       world.organisms[cells.organism[j]].ledger.received += arrived;
     }
@@ -170,30 +249,43 @@ void MetabolismSolver::tell_of_gifts(const WorldState& world) const {
   for (const std::uint32_t i : world.cells.order) {
     if (!(offer_[i] > 0)) continue;
     for (const std::uint32_t j : world.contacts.of(i)) {
-      const double arrived = efficiency_[i] * offer_[i] * accepted_[j];
+      const double arrived = gift_[i] * accepted_[j];
       if (arrived > 0) witness_->ambrosia_passed(world, i, j, arrived);
     }
   }
 }
 
-void MetabolismSolver::pay(const Ecosystem& ecosystem, WorldState& world) {
-  CellStore& cells = world.cells;
-  const Metabolism& costs = ecosystem.config().metabolism;
-  const std::array<double, 5> by_action{0.0, costs.quiescence_cost, costs.division_cost,
-                                        costs.specialization_cost, costs.apoptosis_cost};
-  for (const CellRange& range : cells.ranges) {
-    const State& state = state_of(world, range);
-    const double efficiency = state.skill(skill_energy_efficiency);
-    const double crawling = costs.motility_cost * std::abs(state.motility);
-    Sum& spent = world.organisms[range.organism].ledger.spent;
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const double action = by_action[static_cast<std::size_t>(cells.action[i])];
-      const double cost = (action + crawling) / efficiency;
-      const double paid = std::min(cost, cells.energy[i]);
-      cells.energy[i] -= paid;
-      spent += paid;
-      if (cells.energy[i] <= starving) cells.kill(i, cause_starvation);
+void MetabolismSolver::empty_squares(const Step& step) {
+  const std::vector<Resource>& resources = step.resources();
+  const std::size_t count = step.world.cells.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t r = 0; r < resources.size(); ++r) {
+      std::vector<double>& content = step.content(resources[r]);
+      const std::uint32_t square = square_[r * count + k];
+      if (square == content.size()) continue;
+      content[square] = std::max(0.0, content[square] - demand_[r * count + k]);
+      square_demand_[r][square] = 0;
     }
+  }
+}
+
+void MetabolismSolver::keep_books(const Step& step) const {
+  // Those of an organism stand together, in storage and in canonical order.
+  const std::vector<CellRange>& ranges = step.world.cells.ranges;
+  const std::size_t resources = step.resources().size(), count = step.world.cells.size();
+  for (std::size_t first = 0, next = 0; first < ranges.size(); first = next) {
+    while (next < ranges.size() && ranges[next].organism == ranges[first].organism) ++next;
+    Ledger& ledger = step.world.organisms[ranges[first].organism].ledger;
+    Sum* const sums[4] = {&ledger.taken, &ledger.lost_efficiency, &ledger.burnt, &ledger.spent};
+    FourSums books{
+        .sum = {sums[0]->sum(), sums[1]->sum(), sums[2]->sum(), sums[3]->sum()},
+        .error = {sums[0]->error(), sums[1]->error(), sums[2]->error(), sums[3]->error()}};
+    // Nothing is added for what there is none of: that changes no bit.
+    for (std::size_t k = ranges[first].begin; k < ranges[next - 1].end; ++k) {
+      books.add(Four{resources > 0 ? demand_[k] : 0.0, lost_[k], burnt_[k], spent_[k]});
+      for (std::size_t r = 1; r < resources; ++r) books.add(Four{demand_[r * count + k], 0, 0, 0});
+    }
+    for (int s = 0; s < 4; ++s) *sums[s] = Sum(books.sum[s], books.error[s]);
   }
 }
 

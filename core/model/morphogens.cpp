@@ -54,6 +54,17 @@ void sweep_rows(const float* __restrict now, float* __restrict next, std::ptrdif
   }
 }
 
+/// Squares of a row, `columns` of them, keep the maximum of their value and what they are offered.
+template <std::size_t columns>
+inline void raise(float* values, const float* weights, float unit) {
+  FourFloats held{}, weight{};
+  std::memcpy(&held, values, columns * sizeof(float));
+  std::memcpy(&weight, weights, sizeof weight);
+  const FourFloats offered = weight * unit;
+  held = held < offered ? offered : held;
+  std::memcpy(values, &held, columns * sizeof(float));
+}
+
 }  // namespace
 
 MorphogenFields::MorphogenFields(const MorphogenGrid& grid)
@@ -83,31 +94,38 @@ void MorphogenFields::set(std::size_t kind, std::uint32_t column, std::uint32_t 
 }
 
 void MorphogenFields::evaporate_and_spread(const MorphogenGrid& grid) {
-  for (std::size_t kind = 0; kind < now_.size(); ++kind)
-    if (boxes_[kind].left <= boxes_[kind].right) sweep(kind, grid.kinds[kind]);
+  for (std::size_t kind = 0; kind < now_.size(); ++kind) {
+    const std::uint32_t rows = begin_sweep(kind);
+    if (rows == 0) continue;
+    sweep(kind, grid.kinds[kind], 0, rows);
+    end_sweep(kind);
+  }
 }
 
-void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen) {
+std::uint32_t MorphogenFields::begin_sweep(std::size_t kind) {
   Box& box = boxes_[kind];
-  std::vector<float>& now = now_[kind];
+  if (box.left > box.right) return 0;
   // What is there spreads by one square; outside the box both buffers are 0.
   touch(box.left - std::min(box.left, 1u), box.right + 1, box.bottom - std::min(box.bottom, 1u),
         box.top + 1, box);
+  return box.top - box.bottom + 1;
+}
+
+void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen, std::uint32_t first,
+                            std::uint32_t rows) {
+  const Box& box = boxes_[kind];
   const Factors by{static_cast<float>(1.0 - morphogen.evaporation),
                    static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation)),
                    static_cast<float>(std::max(0.0, 1.0 - morphogen.attenuation * sqrt_two))};
   const std::ptrdiff_t count = std::ptrdiff_t{box.right} - std::ptrdiff_t{box.left} + 1;
   const auto stride = static_cast<std::ptrdiff_t>(stride_);
-  std::uint32_t row = box.bottom;
-  for (; row + 3 <= box.top; row += 4) {
-    const std::size_t first = index(box.left, row);
-    sweep_rows<4>(now.data() + first, next_[kind].data() + first, stride, count, by);
-  }
-  for (; row <= box.top; ++row) {
-    const std::size_t first = index(box.left, row);
-    sweep_rows<1>(now.data() + first, next_[kind].data() + first, stride, count, by);
-  }
-  now.swap(next_[kind]);
+  const std::size_t begin = index(box.left, box.bottom + first);
+  const float* now = now_[kind].data() + begin;
+  float* next = next_[kind].data() + begin;
+  for (; rows >= 4; rows -= 4, now += 4 * stride, next += 4 * stride)
+    sweep_rows<4>(now, next, stride, count, by);
+  for (; rows > 0; --rows, now += stride, next += stride)
+    sweep_rows<1>(now, next, stride, count, by);
 }
 
 Footprint MorphogenFields::footprint(double x, double y) const {
@@ -167,7 +185,7 @@ struct MorphogenFields::Block {
 };
 
 void MorphogenFields::survey(std::span<const double> x, std::span<const double> y,
-                             std::span<Footprint> prints, std::span<float* const> sensed) const {
+                             std::span<Footprint> prints, Matrix<float> sensed) const {
   Block block;
   for (std::size_t begin = 0; begin < x.size(); begin += Block::width) {
     const std::size_t count = std::min(Block::width, x.size() - begin);
@@ -177,19 +195,23 @@ void MorphogenFields::survey(std::span<const double> x, std::span<const double> 
       block.y[l] = y[begin + std::min(l, count - 1)];
     }
     place(block);
-    for (std::size_t kind = 0; kind < sensed.size(); ++kind) {
+    for (std::uint32_t kind = 0; kind < sensed.channels; ++kind) {
       float found[Block::width];
       sense(kind, block, found);
-      std::copy_n(found, count, sensed[kind] + begin);
+      std::copy_n(found, count, sensed.channel(kind).data() + begin);
     }
-    for (std::size_t l = 0; l < count; ++l) {
-      Footprint& print = prints[begin + l];
-      print.column = block.column[l];
-      print.row = block.row[l];
-      for (std::size_t k = 0; k < 9; ++k) print.weight[spot(k)] = block.weight[k][l];
-      print.sum = block.sum[l];
-      print.peak = block.peak[l];
-    }
+    print(block, prints.subspan(begin, count));
+  }
+}
+
+void MorphogenFields::print(const Block& block, std::span<Footprint> prints) const {
+  for (std::size_t l = 0; l < prints.size(); ++l) {
+    Footprint& print = prints[l];
+    print.column = block.column[l];
+    print.row = block.row[l];
+    for (std::size_t k = 0; k < 9; ++k) print.weight[spot(k)] = block.weight[k][l];
+    print.sum = block.sum[l];
+    print.peak = block.peak[l];
   }
 }
 
@@ -274,23 +296,43 @@ Gradient MorphogenFields::gradient(std::size_t kind, double x, double y) const {
 }
 
 void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule) {
+  deposit(kind, {&at, 1}, {&amount, 1}, rule);
+}
+
+void MorphogenFields::deposit(std::size_t kind, std::span<const Footprint> prints,
+                              std::span<const float> amounts, Deposit rule) {
+  Middles middles;
+  float* values = now_[kind].data();
+  for (std::size_t i = 0; i < prints.size(); ++i) {
+    const Footprint& at = prints[i];
+    if (at.sum == 0 || !(amounts[i] > 0)) continue;
+    const float unit = amounts[i] / (rule == Deposit::peak ? at.peak : at.sum);
+    // The square behind each row has no weight, and keeps its value.
+    float* block = values + corner(at);
+    for (std::size_t r = 0; r < 3; ++r) raise<4>(block + r * stride_, &at.weight[4 * r], unit);
+    middles.add(at);
+  }
+  cover(kind, middles);
+}
+
+void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule,
+                              Stripes stripes, std::uint32_t set) {
   if (at.sum == 0 || !(amount > 0)) return;
   const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
-  // Row by row. The square behind each has no weight, and keeps its value.
-  float* values = now_[kind].data() + corner(at);
-  for (std::size_t r = 0; r < 3; ++r) {
-    FourFloats held, weight;
-    std::memcpy(&held, values + r * stride_, sizeof held);
-    std::memcpy(&weight, &at.weight[4 * r], sizeof weight);
-    const FourFloats offered = weight * unit;
-    held = held < offered ? offered : held;
-    std::memcpy(values + r * stride_, &held, sizeof held);
-  }
+  // The square behind a row may stand in a row of somebody else.
+  float* block = now_[kind].data() + corner(at);
+  for (std::size_t r = 0; r < 3; ++r)
+    if (stripes.set_of(at.row - 1 + static_cast<std::int32_t>(r)) == set)
+      raise<3>(block + r * stride_, &at.weight[4 * r], unit);
+}
 
+void MorphogenFields::cover(std::size_t kind, const Middles& middles) {
+  if (middles.left > middles.right) return;
   const auto clip = [&](std::int32_t i) {
     return static_cast<std::uint32_t>(std::clamp(i, 0, static_cast<std::int32_t>(size_) - 1));
   };
-  touch(clip(at.column - 1), clip(at.column + 1), clip(at.row - 1), clip(at.row + 1), boxes_[kind]);
+  touch(clip(middles.left - 1), clip(middles.right + 1), clip(middles.bottom - 1),
+        clip(middles.top + 1), boxes_[kind]);
 }
 
 }  // namespace somas::model

@@ -1,10 +1,14 @@
 // Morphogen grids of one organism (docs/model.md, section 1).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
+
+#include "somas/sdk/types.hpp"
 
 #include "core/model/config.hpp"
 
@@ -16,6 +20,18 @@ struct Footprint {
   std::int32_t column = 0, row = 0;  ///< of the block's middle square; may lie one off the grid
   std::array<float, 12> weight{};    ///< rows from the lower left, each followed by a 0
   float sum = 0, peak = 0;           ///< of the weights
+};
+
+/// Bounds of the middle squares of blocks; none at first.
+struct Middles {
+  std::int32_t left = std::numeric_limits<std::int32_t>::max();
+  std::int32_t right = std::numeric_limits<std::int32_t>::min();
+  std::int32_t bottom = left, top = right;
+
+  void add(const Footprint& at) {
+    left = std::min(left, at.column), right = std::max(right, at.column);
+    bottom = std::min(bottom, at.row), top = std::max(top, at.row);
+  }
 };
 
 /// Change of a concentration per length, along x and y.
@@ -31,26 +47,52 @@ class MorphogenFields {
     friend bool operator==(const Box&, const Box&) = default;
   };
 
+  /// The grid is cut across into stripes, which go to so many sets in turn.
+  struct Stripes {
+    static constexpr std::uint32_t rows = 16;  ///< of a stripe
+    std::uint32_t sets = 1;
+
+    /// Of a row; one off the grid has one, too.
+    [[nodiscard]] std::uint32_t set_of(std::int32_t row) const {
+      return (static_cast<std::uint32_t>(row + 2) / rows) % sets;
+    }
+  };
+
   MorphogenFields() = default;
   explicit MorphogenFields(const MorphogenGrid& grid);
 
   /// One step: C <- C (1 - E), then one double-buffered sweep in which every square keeps the
   /// maximum of its own value and C_s max(0, 1 - R d) of its 8 neighbours; below 1e-6 becomes 0.
   void evaporate_and_spread(const MorphogenGrid& grid);
+  /// The same of one kind in parts, which may run at once. `begin` returns how many rows there are
+  /// to sweep (0: all is over), `sweep` sweeps some of these, and `end` follows when all are swept.
+  std::uint32_t begin_sweep(std::size_t kind);
+  void sweep(std::size_t kind, const Morphogen& morphogen, std::uint32_t first,
+             std::uint32_t count);
+  void end_sweep(std::size_t kind) { now_[kind].swap(next_[kind]); }
 
   [[nodiscard]] Footprint footprint(double x, double y) const;
   /// sum(C_i / d_i) / sum(1 / d_i) over the block; 0 off the grid.
   [[nodiscard]] float sense(std::size_t kind, const Footprint& at) const;
   /// The same of many points at once, to the last bit: prints[i] is the footprint of (x[i], y[i]),
-  /// and sensed[kind][i] what is sensed there. All are as long.
+  /// and lane i of sensed.channel(kind) what is sensed there. All are as long.
   void survey(std::span<const double> x, std::span<const double> y, std::span<Footprint> prints,
-              std::span<float* const> sensed) const;
+              Matrix<float> sensed) const;
   /// Slope of the plane that fits the squares of the 3x3 block round a point best (least squares):
   /// along x the mean over the rows of (right - left) / distance, along y likewise. Exact for a
   /// linear field. Squares off the grid do not count; 0 along an axis on which one square is left.
   [[nodiscard]] Gradient gradient(std::size_t kind, double x, double y) const;
   /// Every square of the block keeps the maximum of its value and its share of `amount`.
   void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule);
+  /// The same of many points: amounts[i] at prints[i], both as long.
+  void deposit(std::size_t kind, std::span<const Footprint> prints, std::span<const float> amounts,
+               Deposit rule);
+  /// The same in parts, which may run at once: of the rows in a set's stripes alone. `cover` has to
+  /// be told in the end of all that gave something.
+  void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule, Stripes stripes,
+               std::uint32_t set);
+  /// The blocks round these squares may hold something from now on.
+  void cover(std::size_t kind, const Middles& middles);
 
   [[nodiscard]] std::uint32_t size() const { return size_; }
   [[nodiscard]] std::size_t kinds() const { return now_.size(); }
@@ -85,9 +127,9 @@ class MorphogenFields {
   }
   void place(Block& block) const;
   void sense(std::size_t kind, const Block& block, float* sensed) const;
+  void print(const Block& block, std::span<Footprint> prints) const;
   void touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom, std::uint32_t top,
              Box& box) const;
-  void sweep(std::size_t kind, const Morphogen& morphogen);
 
   std::uint32_t size_ = 0;
   std::size_t stride_ = 0;

@@ -18,6 +18,8 @@ class Motility {
  public:
   /// Finds the forces for the cells' present positions and the present fields.
   void prepare(const WorldState& world);
+  /// Whether nobody crawls.
+  [[nodiscard]] bool resting() const { return crawls_.empty(); }
   /// Adds them; both spans have an element a cell, in storage order.
   void add(std::span<double> fx, std::span<double> fy) const;
 

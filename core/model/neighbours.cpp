@@ -1,11 +1,11 @@
 #include "core/model/neighbours.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
-
-#include "core/model/lanes.hpp"
 
 namespace somas::model {
 
@@ -14,192 +14,249 @@ namespace {
 /// However fast a body is, it must not cost everybody wide bins.
 constexpr double widest_margin = 0.2;
 
-/// The lanes of a mask as bits.
-inline std::uint32_t bits_of(const FourMask& mask) {
-#ifdef __AVX__
-  Four lanes;
-  std::memcpy(&lanes, &mask, sizeof lanes);
-  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
-#else
-  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
-#endif
-}
+/// For each set of eight lanes, these first.
+alignas(32) constexpr auto lanes_first = [] {
+  std::array<std::array<std::uint32_t, 8>, 256> table{};
+  for (std::size_t set = 0; set < 256; ++set) {
+    std::size_t to = 0;
+    for (std::uint32_t lane = 0; lane < 8; ++lane)
+      if ((set >> lane & 1) != 0) table[set][to++] = lane;
+  }
+  return table;
+}();
 
-using FourItems = std::uint32_t __attribute__((vector_size(16)));
-
-/// For each set of lanes, these first.
-constexpr FourItems lanes_first[16] = {{0, 1, 2, 3}, {0, 1, 2, 3}, {1, 0, 2, 3}, {0, 1, 2, 3},
-                                       {2, 0, 1, 3}, {0, 2, 1, 3}, {1, 2, 0, 3}, {0, 1, 2, 3},
-                                       {3, 0, 1, 2}, {0, 3, 1, 2}, {1, 3, 0, 2}, {0, 1, 3, 2},
-                                       {2, 3, 0, 1}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};
-
-/// Writes those of four items whose lanes are set, one after another, and has room for four.
-/// Returns the end.
-inline std::uint32_t* keep(const std::uint32_t* items, const FourMask& set, std::uint32_t* to) {
-  const std::uint32_t bits = bits_of(set);
-  FourItems four;
-  std::memcpy(&four, items, sizeof four);
-  four = __builtin_shuffle(four, lanes_first[bits]);
-  std::memcpy(to, &four, sizeof four);
-  return to + std::popcount(bits);
-}
-
-bool placed(double x, double y) {
-  constexpr double absurd = 1e150;
-  return std::abs(x) < absurd && std::abs(y) < absurd;
+/// Moves those of eight items whose lanes are set to the front.
+inline void compress(std::uint32_t set, EightItems& items) {
+  EightItems lanes;
+  std::memcpy(&lanes, lanes_first[set].data(), sizeof lanes);
+  items = __builtin_shuffle(items, lanes);
 }
 
 }  // namespace
 
-bool NeighbourPairs::stale(std::span<const Body> bodies, double range) const {
+bool NeighbourPairs::stale(std::span<const Body> bodies, double range) {
   if (!valid_ || built_.size() != bodies.size() || range > range_) return true;
   // Two bodies approach by at most both displacements, and their reach grows by both growths: a
-  // pair is safe while both have drifted less than their margins. A NaN is never safe.
-  std::size_t safe = 0;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const double dx = bodies[i].x - built_[i].x, dy = bodies[i].y - built_[i].y;
-    const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * range_;
-    const double allowed = built_[i].margin - growth;
-    safe += static_cast<std::size_t>(dx * dx + dy * dy < allowed * allowed) &
-            static_cast<std::size_t>(allowed > 0);
-  }
-  return safe != bodies.size();
+  // pair is safe while both have drifted less than their margins.
+  std::atomic<bool> any_drifted = false;
+  share(team_, static_cast<std::uint32_t>(bodies.size()),
+        [&](std::uint32_t begin, std::uint32_t end) {
+          bool drifted_away = false;
+          for (std::uint32_t i = begin; i < end; ++i) {
+            const double growth = std::max(0.0, bodies[i].radius - built_[i].radius) * range_;
+            const double allowed = built_[i].margin - growth;
+            safe_square_[i] = allowed > 0 ? allowed * allowed : 0.0;
+            drifted_away |= drifted(i, Two{bodies[i].x, bodies[i].y});
+          }
+          if (drifted_away) any_drifted = true;
+        });
+  return any_drifted;
 }
 
 void NeighbourPairs::build(std::span<const Body> bodies, double range, double skin, double time) {
   range_ = range;
-  double radius = 0, margin = 0;
-  built_.clear();
-  for (const Body& body : bodies) {
-    const double way = time * std::sqrt(body.vx * body.vx + body.vy * body.vy);
-    const double own = 0.5 * skin + (way < widest_margin ? way : widest_margin);
-    built_.push_back({body.x, body.y, body.radius, own});
-    radius = std::max(radius, body.radius);
-    margin = std::max(margin, own);
+  built_.resize(bodies.size());
+  safe_square_.resize(bodies.size());
+  const auto count = static_cast<std::uint32_t>(bodies.size());
+  share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const Body& body = bodies[i];
+      const double way = time * std::sqrt(body.vx * body.vx + body.vy * body.vy);
+      const double own = 0.5 * skin + (way < widest_margin ? way : widest_margin);
+      built_[i] = {body.x, body.y, body.radius, own};
+      safe_square_[i] = own * own;
+    }
+  });
+  bins_.sort(built_, range);
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
+  if (parts > 1) {
+    find_in_parts(parts);
+  } else {
+    found_[0].count = 0;
+    find(0, bins_.rows(), found_[0]);
+    count_ = found_[0].count;
+    sort(found_[0]);
   }
-  sort_into_bins(2.0 * (radius * range + margin));
-  find();
-  sort();
   pad();
   valid_ = true;
+  indexed_ = false;
 }
 
-void NeighbourPairs::sort_into_bins(double reach) {
-  // Bodies that an absurd force threw out of all bounds have no neighbours, whatever their bin.
-  double right = 0, top = 0;
-  left_ = bottom_ = 0;
-  bool any = false;
-  for (const Disc& body : built_) {
-    if (!placed(body.x, body.y)) continue;
-    left_ = any ? std::min(left_, body.x) : body.x, right = any ? std::max(right, body.x) : body.x;
-    bottom_ = any ? std::min(bottom_, body.y) : body.y, top = any ? std::max(top, body.y) : body.y;
-    any = true;
-  }
-  const double longest = std::max(right - left_, top - bottom_);
-  // A body far off must not cost a grid as wide: a few bins a body are enough.
-  const double most_bins = 4.0 * static_cast<double>(built_.size()) + 1024;
-  bin_side_ = std::max(
-      {reach, longest / most_bins, std::sqrt((right - left_) * (top - bottom_) / most_bins)});
-  columns_ = static_cast<std::uint32_t>((right - left_) / bin_side_) + 1;
-  rows_ = static_cast<std::uint32_t>((top - bottom_) / bin_side_) + 1;
+void NeighbourPairs::find(std::uint32_t first_row, std::uint32_t end_row, Found& found) const {
+  for (std::uint32_t row = first_row; row < end_row; ++row)
+    for (std::uint32_t column = 0; column < bins_.columns(); ++column)
+      find_of_bin(row, column, found);
+}
 
-  // Counting sort that keeps the order within a bin.
-  bin_of_.resize(built_.size());
-  bin_start_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
-  for (std::size_t i = 0; i < built_.size(); ++i) {
-    bin_of_[i] = 0;
-    if (placed(built_[i].x, built_[i].y)) {
-      const auto c = static_cast<std::uint32_t>((built_[i].x - left_) / bin_side_);
-      const auto r = static_cast<std::uint32_t>((built_[i].y - bottom_) / bin_side_);
-      bin_of_[i] = std::min(r, rows_ - 1) * columns_ + std::min(c, columns_ - 1);
+void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column, Found& found) const {
+  const std::uint32_t columns = bins_.columns(), bin = row * columns + column;
+  const std::uint32_t left = std::min(column, 1u);
+  const std::uint32_t right = std::min(column + 1, columns - 1) - column;
+  // Half of the bins around: the other half finds its pairs with this one by itself.
+  const std::uint32_t end = bins_.start(bin + right + 1);
+  const bool top = row + 1 == bins_.rows();
+  const std::uint32_t above_begin = top ? 0 : bins_.start(bin + columns - left);
+  const std::uint32_t above_end = top ? 0 : bins_.start(bin + columns + right + 1);
+  for (std::uint32_t k = bins_.start(bin); k < bins_.start(bin + 1); ++k) {
+    // Room for all, and for the last eight written.
+    const std::size_t room = found.count + (end - k) + (above_end - above_begin) + 16;
+    if (found.first.size() < room) {
+      found.first.resize(2 * room);
+      found.second.resize(2 * room);
     }
-    ++bin_start_[bin_of_[i] + 1];
-  }
-  for (std::size_t b = 1; b < bin_start_.size(); ++b) bin_start_[b] += bin_start_[b - 1];
-  bin_items_.resize(built_.size() + 4);
-  for (auto* column : {&bin_x_, &bin_y_, &bin_extent_}) column->resize(built_.size() + 4);
-  for (std::uint32_t i = 0; i < built_.size(); ++i) {
-    const std::uint32_t at = bin_start_[bin_of_[i]]++;
-    bin_items_[at] = i;
-    bin_x_[at] = built_[i].x;
-    bin_y_[at] = built_[i].y;
-    bin_extent_[at] = range_ * built_[i].radius + built_[i].margin;
-  }
-  for (std::size_t b = bin_start_.size() - 1; b > 0; --b) bin_start_[b] = bin_start_[b - 1];
-  bin_start_[0] = 0;
-}
-
-void NeighbourPairs::find() {
-  count_ = 0;
-  start_.assign(bin_of_.size() + 1, 0);
-  by_second_.assign(bin_of_.size() + 1, 0);
-  near_.resize(std::max(near_.size(), bin_items_.size() + 4));
-  for (std::uint32_t row = 0; row < rows_; ++row) {
-    for (std::uint32_t column = 0; column < columns_; ++column) {
-      const std::uint32_t bin = row * columns_ + column;
-      const std::uint32_t left = std::min(column, 1u);
-      const std::uint32_t right = std::min(column + 1, columns_ - 1) - column;
-      // Half of the bins around: the other half finds its pairs with this one by itself.
-      const std::uint32_t end = bin_start_[bin + right + 1];
-      const std::uint32_t above = row + 1 < rows_ ? bin + columns_ : bin;
-      const std::uint32_t above_begin = row + 1 < rows_ ? bin_start_[above - left] : 0;
-      const std::uint32_t above_end = row + 1 < rows_ ? bin_start_[above + right + 1] : 0;
-      for (std::uint32_t k = bin_start_[bin]; k < bin_start_[bin + 1]; ++k) {
-        std::uint32_t* near = collect(k, k + 1, end, near_.data());
-        near = collect(k, above_begin, above_end, near);
-        take(bin_items_[k], {near_.data(), near});
-      }
-    }
+    const std::size_t before = found.count;
+    collect(k, k + 1, end, found);
+    collect(k, above_begin, above_end, found);
+    if (bins_.coarse()) drop_distant(before, found);
   }
 }
 
-std::uint32_t* NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
-                                       std::uint32_t* near) const {
-  // Most candidates fail: collect the others four by four, without branching on each.
-  constexpr FourMask lanes{0, 1, 2, 3};
-  const double x = bin_x_[k], y = bin_y_[k], extent = bin_extent_[k];
-  Four xs, ys, extents;
-  for (std::uint32_t c = begin; c < end; c += 4) {
-    read(&bin_x_[c], xs);
-    read(&bin_y_[c], ys);
-    read(&bin_extent_[c], extents);
-    const Four dx = xs - x, dy = ys - y;
-    const Four reach = extents + extent;
-    const FourMask within = (dx * dx + dy * dy < reach * reach) & (lanes < std::int64_t{end - c});
-    near = keep(&bin_items_[c], within, near);
+inline void NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
+                                    Found& found) const {
+  // Most candidates fail: collect the others eight by eight, without branching on each.
+  constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
+  const float *all_x = bins_.x(), *all_y = bins_.y(), *all_reach = bins_.reach();
+  const std::uint32_t* all = bins_.items();
+  const float x = all_x[k], y = all_y[k], own_reach = all_reach[k];
+  const EightItems item = all[k] + EightItems{};
+  std::uint32_t* first = found.first.data() + found.count;
+  std::uint32_t* second = found.second.data() + found.count;
+  for (std::uint32_t c = begin; c < end; c += 8) {
+    EightFloats xs, ys, reaches;
+    EightItems items;
+    std::memcpy(&xs, all_x + c, sizeof xs);
+    std::memcpy(&ys, all_y + c, sizeof ys);
+    std::memcpy(&reaches, all_reach + c, sizeof reaches);
+    std::memcpy(&items, all + c, sizeof items);
+    const EightFloats dx = xs - x, dy = ys - y, reach = reaches + own_reach;
+    const EightMask within =
+        (dx * dx + dy * dy < reach * reach) & (lanes < static_cast<std::int32_t>(end - c));
+    const std::uint32_t set = bits_of(within);
+    compress(set, items);
+    const EightItems lower = items < item ? items : item, upper = items < item ? item : items;
+    std::memcpy(first, &lower, sizeof lower);
+    std::memcpy(second, &upper, sizeof upper);
+    first += std::popcount(set);
+    second += std::popcount(set);
   }
-  return near;
+  found.count = static_cast<std::size_t>(first - found.first.data());
 }
 
-void NeighbourPairs::take(std::uint32_t item, std::span<const std::uint32_t> near) {
-  if (found_.size() < count_ + near.size()) found_.resize(2 * (count_ + near.size()));
-  for (const std::uint32_t other : near) {
-    const Pair pair{std::min(item, other), std::max(item, other)};
-    found_[count_++] = pair;
-    ++start_[pair.first + 1];
-    ++by_second_[pair.second + 1];
+/// Of the pairs found from `from` on keeps those within reach in double precision.
+void NeighbourPairs::drop_distant(std::size_t from, Found& found) const {
+  std::size_t kept = from;
+  for (std::size_t p = from; p < found.count; ++p) {
+    const Disc &a = built_[found.first[p]], &b = built_[found.second[p]];
+    const double dx = a.x - b.x, dy = a.y - b.y;
+    const double reach = range_ * (a.radius + b.radius) + a.margin + b.margin;
+    if (!(dx * dx + dy * dy < reach * reach)) continue;
+    found.first[kept] = found.first[p];
+    found.second[kept++] = found.second[p];
   }
+  found.count = kept;
 }
 
-void NeighbourPairs::sort() {
-  // By the second, then stably by the first: two counting sorts.
-  for (std::size_t i = 1; i < start_.size(); ++i) {
+void NeighbourPairs::make_room() {
+  if (first_.size() >= count_ + 3) return;
+  first_.resize(2 * count_ + 3);
+  second_.resize(2 * count_ + 3);
+}
+
+void NeighbourPairs::sort(const Found& found) {
+  // By the second, then stably by the first: two counting sorts. Counts stand two places on, so
+  // that places taken one on leave the starts.
+  start_.assign(built_.size() + 2, 0);
+  by_second_.assign(built_.size() + 2, 0);
+  for (std::size_t p = 0; p < count_; ++p) {
+    ++start_[found.first[p] + 2];
+    ++by_second_[found.second[p] + 2];
+  }
+  for (std::size_t i = 2; i < start_.size(); ++i) {
     start_[i] += start_[i - 1];
     by_second_[i] += by_second_[i - 1];
   }
   if (sorted_.size() < count_) sorted_.resize(2 * count_);
-  for (std::size_t p = 0; p < count_; ++p) sorted_[by_second_[found_[p].second]++] = found_[p];
-  if (first_.size() < count_ + 3) {
-    first_.resize(2 * count_ + 3);
-    second_.resize(2 * count_ + 3);
-  }
+  for (std::size_t p = 0; p < count_; ++p)
+    sorted_[by_second_[found.second[p] + 1]++] = {found.first[p], found.second[p]};
+  make_room();
   for (std::size_t p = 0; p < count_; ++p) {
-    const std::uint32_t at = start_[sorted_[p].first]++;
+    const std::uint32_t at = start_[sorted_[p].first + 1]++;
     first_[at] = sorted_[p].first;
     second_[at] = sorted_[p].second;
   }
-  for (std::size_t i = start_.size() - 1; i > 0; --i) start_[i] = start_[i - 1];
-  start_[0] = 0;
+}
+
+void NeighbourPairs::find_in_parts(unsigned parts) {
+  const auto count = static_cast<std::uint32_t>(built_.size());
+  if (found_.size() < parts) found_.resize(parts);
+  counts_.reset(parts, count);
+  // Rows of bins with as many bodies for each part.
+  const auto row_of = [&](unsigned part) {
+    const std::uint32_t before = stretch(count, part, parts).begin;
+    std::uint32_t row = part == parts ? bins_.rows() : 0;
+    while (row < bins_.rows() && bins_.start(std::size_t{row} * bins_.columns()) < before) ++row;
+    return row;
+  };
+  const auto find_some = [&](unsigned part) {
+    Found& found = found_[part];
+    found.count = 0;
+    find(row_of(part), row_of(part + 1), found);
+    std::uint32_t* counts = counts_.begin(part);
+    for (std::size_t p = 0; p < found.count; ++p) ++counts[found.first[p]];
+  };
+  team_->run(parts, find_some);
+  count_ = counts_.to_places(*team_, start_);
+  make_room();
+  const auto place = [&](unsigned part) {
+    const Found& found = found_[part];
+    std::uint32_t* places = counts_.of(part);
+    for (std::size_t p = 0; p < found.count; ++p)
+      second_[places[found.first[p]]++] = found.second[p];
+  };
+  team_->run(parts, place);
+  const auto order = [&](unsigned part) { sort_seconds(stretch(count, part, parts)); };
+  team_->run(parts, order);
+}
+
+void NeighbourPairs::sort_seconds(Stretch bodies) {
+  for (std::uint32_t k = bodies.begin; k < bodies.end; ++k) {
+    std::uint32_t* begin = second_.data() + start_[k];
+    std::uint32_t* end = second_.data() + start_[k + 1];
+    std::fill(first_.data() + start_[k], first_.data() + start_[k + 1], k);
+    if (end - begin > 16) {
+      std::sort(begin, end);
+      continue;
+    }
+    // A few, each put among those before it.
+    for (std::uint32_t* next = begin; next < end; ++next) {
+      const std::uint32_t second = *next;
+      std::uint32_t* to = next;
+      for (; to > begin && to[-1] > second; --to) *to = to[-1];
+      *to = second;
+    }
+  }
+}
+
+void NeighbourPairs::index_by_second(unsigned parts) {
+  if (indexed_) return;
+  const auto bodies = static_cast<std::uint32_t>(built_.size());
+  const auto count = static_cast<std::uint32_t>(count_);
+  counts_.reset(parts, bodies);
+  const auto count_seconds = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* counts = counts_.begin(part);
+    for (std::uint32_t p = own.begin; p < own.end; ++p) ++counts[second_[p]];
+  };
+  team_->run(parts, count_seconds);
+  counts_.to_places(*team_, second_start_);
+  if (pairs_by_second_.size() < count_) pairs_by_second_.resize(2 * count_);
+  const auto place = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* places = counts_.of(part);
+    for (std::uint32_t p = own.begin; p < own.end; ++p) pairs_by_second_[places[second_[p]]++] = p;
+  };
+  team_->run(parts, place);
+  indexed_ = true;
 }
 
 void NeighbourPairs::pad() {

@@ -1,10 +1,14 @@
-// Pairs of neighbours, found on a counting-sort grid, anew only when something moved or grew far
-// enough.
+// Pairs of neighbours, found in bins, anew only when something moved or grew far enough.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "core/model/disc_bins.hpp"
+#include "core/model/lanes.hpp"
+#include "core/model/parted_counts.hpp"
+#include "core/model/team.hpp"
 
 namespace somas::model {
 
@@ -22,9 +26,22 @@ struct alignas(64) Body {
 /// canonical order, results do not depend on when pairs were found.
 class NeighbourPairs {
  public:
+  /// Shares the work with `team` (null: nobody) from now on; it must outlive this.
+  void use(Team* team) {
+    team_ = team;
+    bins_.use(team);
+  }
   void build(std::span<const Body> bodies, double range, double skin, double time = 0);
-  /// Whether a pair may have come within reach that was not found.
-  [[nodiscard]] bool stale(std::span<const Body> bodies, double range) const;
+  /// Whether a pair may have come within reach that was not found. Where not, `drifted` knows of
+  /// the bodies' present radii.
+  [[nodiscard]] bool stale(std::span<const Body> bodies, double range);
+  /// Whether a body that is now at `at` may have come within reach of one that is not its
+  /// neighbour: its radius is what it was at the last `build` or `stale`.
+  [[nodiscard]] bool drifted(std::uint32_t body, Two at) const {
+    const Two way = at - Two{built_[body].x, built_[body].y};
+    const Two square = way * way;
+    return !(square[0] + square[1] < safe_square_[body]);  // a NaN is never safe
+  }
 
   /// Members of all pairs: (first()[p], second()[p]). The memory goes on to a multiple of four
   /// pairs, repeating the last one.
@@ -33,35 +50,50 @@ class NeighbourPairs {
   /// The pairs of which `body` is the first are start(body) .. start(body + 1).
   [[nodiscard]] std::uint32_t start(std::uint32_t body) const { return start_[body]; }
 
+  /// The pairs of which `body` is the second, ascending, once `index_by_second` has listed them.
+  void index_by_second(unsigned parts);
+  [[nodiscard]] std::span<const std::uint32_t> as_second(std::uint32_t body) const {
+    return {pairs_by_second_.data() + second_start_[body],
+            pairs_by_second_.data() + second_start_[body + 1]};
+  }
+
+  /// The bodies as they were when pairs were found, each with its margin: not stale, a body is
+  /// within its margin of its place there.
+  [[nodiscard]] const DiscBins& bins() const { return bins_; }
+
  private:
-  /// A body as it was when pairs were found.
-  struct Disc {
-    double x, y, radius, margin;
-  };
   struct Pair {
     std::uint32_t first, second;
   };
-  void sort_into_bins(double reach);
-  void find();
-  [[nodiscard]] std::uint32_t* collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
-                                       std::uint32_t* near) const;
-  void take(std::uint32_t item, std::span<const std::uint32_t> near);
-  void sort();
+  /// Pairs in the order in which they are found.
+  struct Found {
+    std::size_t count = 0;
+    std::vector<std::uint32_t> first, second;
+  };
+  void find(std::uint32_t first_row, std::uint32_t end_row, Found& found) const;
+  void find_of_bin(std::uint32_t row, std::uint32_t column, Found& found) const;
+  void collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end, Found& found) const;
+  void drop_distant(std::size_t from, Found& found) const;
+  void sort(const Found& found);
+  void find_in_parts(unsigned parts);
+  void sort_seconds(Stretch bodies);
+  void make_room();
   void pad();
 
   bool valid_ = false;
   double range_ = 1;
   std::size_t count_ = 0;
   std::vector<std::uint32_t> first_, second_, start_;
-  std::vector<Pair> found_, sorted_;
-  std::vector<std::uint32_t> by_second_, near_;
-  std::vector<Disc> built_;
-  // The grid of bins: those of bin b are bin_items_[bin_start_[b]] .. bin_items_[bin_start_[b+1]],
-  // with room to read four at a time.
-  double left_ = 0, bottom_ = 0, bin_side_ = 1;
-  std::uint32_t columns_ = 0, rows_ = 0;
-  std::vector<std::uint32_t> bin_of_, bin_start_, bin_items_;
-  std::vector<double> bin_x_, bin_y_, bin_extent_;  ///< extent: its part of the greatest distance
+  std::vector<Found> found_{1};  ///< by part
+  std::vector<Pair> sorted_;
+  std::vector<std::uint32_t> by_second_;
+  std::vector<Disc> built_;          ///< bodies as they were when pairs were found
+  std::vector<double> safe_square_;  ///< of the way from there within which no pair is missed
+  DiscBins bins_;
+  Team* team_ = nullptr;
+  PartedCounts counts_;
+  bool indexed_ = false;
+  std::vector<std::uint32_t> second_start_, pairs_by_second_;
 };
 
 }  // namespace somas::model

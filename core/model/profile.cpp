@@ -19,10 +19,11 @@ Profile::Call& Profile::entry(std::string_view plugin, std::string_view call) {
   return calls_.emplace_back(Call{std::string(plugin), std::string(call)});
 }
 
-void Profile::add_call(std::string_view plugin, std::string_view call, Duration time) {
+void Profile::add_call(std::string_view plugin, std::string_view call, Duration time,
+                       std::uint64_t calls) {
   Call& of = entry(plugin, call);
   of.time += time;
-  ++of.calls;
+  of.calls += calls;
 }
 
 void Profile::add_life(Duration total, std::uint64_t steps, double cell_steps) {

@@ -46,7 +46,8 @@ class Profile {
   void add_phase(StepPhase phase, Duration time) {
     phases_[static_cast<std::size_t>(phase)] += time;
   }
-  void add_call(std::string_view plugin, std::string_view call, Duration time);
+  void add_call(std::string_view plugin, std::string_view call, Duration time,
+                std::uint64_t calls = 1);
   /// A simulation is over: `total` is the time of all its steps.
   void add_life(Duration total, std::uint64_t steps, double cell_steps);
   void add(const Profile& other);

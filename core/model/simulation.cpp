@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "core/model/call_site.hpp"
+#include "core/model/ranges.hpp"
 
 namespace somas::model {
 
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
                        std::uint64_t seed)
     : ecosystem_(ecosystem),
-      view_(ecosystem, state_, inputs_),
+      view_(ecosystem, state_, inputs_, mechanics_.bins()),
       mechanics_(ecosystem.config().strangers) {
   state_.seed = seed;
   found(roster);
@@ -99,7 +100,12 @@ bool Simulation::step() {
   if (changed) timed(StepPhase::cycle, [this] { reorganise(); });
   timed(StepPhase::mechanics, [this] { move(); });
   timed(StepPhase::stress, [this] { view_.act(Phase::stress); });
-  timed(StepPhase::deaths, [this] { bury(); });
+  bool buried = false;
+  timed(StepPhase::deaths, [&] { buried = bury(); });
+  timed(StepPhase::mechanics, [&] {
+    mechanics_.list_contacts(state_.contacts,
+                             buried ? reorganiser_.new_index() : std::span<const std::uint32_t>{});
+  });
   timed(StepPhase::observe, [this] { end_step(); });
   return !state_.finished;
 }
@@ -123,11 +129,41 @@ void Simulation::measure(Profile* profile) {
   view_.measure(profile);
 }
 
+void Simulation::use(Team* team) {
+  team_ = team;
+  cycle_.use(team);
+  metabolism_.use(team);
+  mechanics_.use(team);
+  reorganiser_.use(team);
+  view_.use(team);
+}
+
 void Simulation::update_fields() {
   view_.act(Phase::parameters);
   view_.act(Phase::fields);
-  for (OrganismState& organism : state_.organisms)
-    if (organism.live > 0) organism.fields.evaporate_and_spread(ecosystem_.config().morphogens);
+  const MorphogenGrid& grid = ecosystem_.config().morphogens;
+  sweeps_.clear();
+  std::uint32_t rows = 0;
+  for (OrganismState& organism : state_.organisms) {
+    if (organism.live == 0) continue;
+    for (std::size_t kind = 0; kind < organism.fields.kinds(); ++kind) {
+      const std::uint32_t own = organism.fields.begin_sweep(kind);
+      sweeps_.push_back({&organism.fields, kind, own, rows});
+      rows += own;
+    }
+  }
+  // Some tens of squares take as long as a cell does.
+  const std::uint64_t squares = std::uint64_t{rows} * grid.size;
+  share(team_, rows, squares / 64, [&](std::uint32_t begin, std::uint32_t end) {
+    for (const Sweep& sweep : sweeps_) {
+      const std::uint32_t first = std::max(begin, sweep.before);
+      const std::uint32_t last = std::min(end, sweep.before + sweep.rows);
+      if (first < last)
+        sweep.fields->sweep(sweep.kind, grid.kinds[sweep.kind], first - sweep.before, last - first);
+    }
+  });
+  for (const Sweep& sweep : sweeps_)
+    if (sweep.rows > 0) sweep.fields->end_sweep(sweep.kind);
 }
 
 void Simulation::sense() {
@@ -136,69 +172,56 @@ void Simulation::sense() {
   const std::size_t sensors = ecosystem_.schema().sensors.size();
   inputs_.reshape(static_cast<std::uint32_t>(kinds + 3 + sensors), cells.size());
   footprints_.resize(cells.size());
-  for (const CellRange& range : cells.ranges) {
-    const OrganismState& organism = state_.organisms[range.organism];
-    const InputChannels& in = organism.phenotype->ports->in();
-    const double capacity = state_.state_of(range.begin).skill(skill_capacity);
-    float* pressure = inputs_.row(in.pressure);
-    float* energy = inputs_.row(in.energy);
-    float* ambrosia = inputs_.row(in.ambrosia);
-    sensed_.clear();
-    for (std::uint32_t kind = 0; kind < kinds; ++kind)
-      sensed_.push_back(inputs_.row(kind) + range.begin);
-    organism.fields.survey(std::span(cells.x).subspan(range.begin, range.count()),
-                           std::span(cells.y).subspan(range.begin, range.count()),
-                           std::span(footprints_).subspan(range.begin, range.count()), sensed_);
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      pressure[i] = static_cast<float>(cells.pressure[i]);
-      energy[i] = static_cast<float>(cells.energy[i]);
-      ambrosia[i] = capacity > 0 ? static_cast<float>(cells.ambrosia[i] / capacity) : 0.0f;
-    }
-  }
-  for (std::size_t s = 0; s < sensors; ++s)
-    std::fill_n(inputs_.row(static_cast<std::uint32_t>(kinds + 3 + s)), cells.size(), 0.0f);
+  share_ranges(team_, cells, [this](const CellRange& range) { sense(range); });
   view_.act(Phase::sense);
 }
 
+void Simulation::sense(const CellRange& range) {
+  const CellStore& cells = state_.cells;
+  const OrganismState& organism = state_.organisms[range.organism];
+  const InputChannels& in = organism.phenotype->ports->in();
+  const double capacity = state_.state_of(range.begin).skill(skill_capacity);
+  const auto kinds = static_cast<std::uint32_t>(organism.fields.kinds());
+  organism.fields.survey(std::span(cells.x).subspan(range.begin, range.count()),
+                         std::span(cells.y).subspan(range.begin, range.count()),
+                         std::span(footprints_).subspan(range.begin, range.count()),
+                         inputs_.lanes(range.begin, range.count(), kinds));
+  float* pressure = inputs_.row(in.pressure);
+  float* energy = inputs_.row(in.energy);
+  float* ambrosia = inputs_.row(in.ambrosia);
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    pressure[i] = static_cast<float>(cells.pressure[i]);
+    energy[i] = static_cast<float>(cells.energy[i]);
+    ambrosia[i] = capacity > 0 ? static_cast<float>(cells.ambrosia[i] / capacity) : 0.0f;
+  }
+  for (std::uint32_t sensor = kinds + 3; sensor < inputs_.channels(); ++sensor)
+    std::fill_n(inputs_.row(sensor) + range.begin, range.count(), 0.0f);
+}
+
 void Simulation::control() {
-  CellStore& cells = state_.cells;
   std::uint32_t rows = 0;
   for (const OrganismState& organism : state_.organisms)
     rows = std::max(rows,
                     static_cast<std::uint32_t>(organism.phenotype->ports->layout().outputs.size()));
-  outputs_.reshape(rows, cells.size());
+  outputs_.reshape(rows, state_.cells.size());
   // What a controller leaves unwritten is NaN: it counts as nothing and never wins.
-  for (std::uint32_t row = 0; row < rows; ++row)
-    std::fill_n(outputs_.row(row), cells.size(), std::numeric_limits<float>::quiet_NaN());
-  for (const CellRange& range : cells.ranges) {
-    const Phenotype& phenotype = *state_.organisms[range.organism].phenotype;
-    const Layout& layout = phenotype.ports->layout();
-    const Batch batch{
-        .count = range.count(),
-        .organism = range.organism,
-        .state = range.state,
-        .in = std::as_const(inputs_).lanes(range.begin, range.count(), layout.input_channels),
-        .memory =
-            cells.memory.lanes(range.begin, range.count(), phenotype.program->memory_per_cell()),
-        .out = outputs_.lanes(range.begin, range.count(),
-                              static_cast<std::uint32_t>(layout.outputs.size()))};
-    run_program(*phenotype.program, batch);
-  }
+  share_ranges(team_, state_.cells, [&](const CellRange& range) {
+    for (std::uint32_t row = 0; row < rows; ++row)
+      std::fill_n(outputs_.row(row) + range.begin, range.count(),
+                  std::numeric_limits<float>::quiet_NaN());
+  });
+  run_programs();
   if (witness_ != nullptr) witness_->controlled(state_, inputs_, outputs_);
 }
 
-void Simulation::run_program(const Program& program, const Batch& batch) const {
+void Simulation::run_programs() {
+  const CellStore& cells = state_.cells;
   const PluginCall here("controller", "step", state_.step);
-  const Stopwatch watch(profile_, [](Profile& profile, Profile::Duration time) {
-    profile.add_call("controller", "step", time);
+  const Stopwatch watch(profile_, [&](Profile& profile, Profile::Duration time) {
+    profile.add_call("controller", "step", time, cells.ranges.size());
   });
   try {
-    // Founders settle on their first inputs before their first step.
-    if (state_.step == 0) {
-      program.start(batch);
-      for (std::uint32_t w = 0; w < ecosystem_.config().warm_up_steps; ++w) program.step(batch);
-    }
-    program.step(batch);
+    share_ranges(team_, cells, [this](const CellRange& range) { run_program(range); });
   } catch (const std::bad_alloc&) {
     throw;  // the machine's fault, not the plugin's
   } catch (const std::exception& error) {
@@ -209,19 +232,114 @@ void Simulation::run_program(const Program& program, const Batch& batch) const {
   }
 }
 
+void Simulation::run_program(const CellRange& range) {
+  const Phenotype& phenotype = *state_.organisms[range.organism].phenotype;
+  const Program& program = *phenotype.program;
+  const Layout& layout = phenotype.ports->layout();
+  const Batch batch{
+      .count = range.count(),
+      .organism = range.organism,
+      .state = range.state,
+      .in = std::as_const(inputs_).lanes(range.begin, range.count(), layout.input_channels),
+      .memory = state_.cells.memory.lanes(range.begin, range.count(), program.memory_per_cell()),
+      .out = outputs_.lanes(range.begin, range.count(),
+                            static_cast<std::uint32_t>(layout.outputs.size()))};
+  // Founders settle on their first inputs before their first step.
+  if (state_.step == 0) {
+    program.start(batch);
+    for (std::uint32_t w = 0; w < ecosystem_.config().warm_up_steps; ++w) program.step(batch);
+  }
+  program.step(batch);
+}
+
 void Simulation::deposit(std::uint32_t count) {
+  // Mothers have just moved; everybody else stands where it sensed.
+  const CellStore& cells = state_.cells;
+  for (const std::uint32_t mother : cycle_.mothers())
+    footprints_[mother] =
+        state_.organisms[cells.organism[mother]].fields.footprint(cells.x[mother], cells.y[mother]);
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
+  if (parts == 1)
+    each_range(cells, 0, count, [this](const CellRange& range) { deposit(range); });
+  else
+    deposit_in_stripes(count, parts);
+}
+
+void Simulation::deposit(const CellRange& range) {
+  constexpr std::uint32_t most = 256;
+  const CellStore& cells = state_.cells;
+  OrganismState& organism = state_.organisms[range.organism];
+  const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
+  float amounts[most];
+  for (std::uint32_t begin = range.begin; begin < range.end; begin += most) {
+    const std::uint32_t count = std::min(most, range.end - begin);
+    for (std::size_t kind = 0; kind < channels.size(); ++kind) {
+      const float* produced = outputs_.row(channels[kind]);
+      for (std::uint32_t l = 0; l < count; ++l)
+        amounts[l] =
+            cells.dead[begin + l] != 0 ? 0.0f : static_cast<float>(share(produced[begin + l]));
+      organism.fields.deposit(kind, std::span(footprints_).subspan(begin, count), {amounts, count},
+                              ecosystem_.config().morphogens.deposit);
+    }
+  }
+}
+
+void Simulation::deposit_in_stripes(std::uint32_t count, unsigned parts) {
+  // No two threads at a square: each has rows of its own. First everybody finds out whom its cells
+  // concern, then everybody deposits for all of these.
+  if (deposits_.size() < parts) deposits_.resize(parts);
+  for (unsigned part = 0; part < parts; ++part) {
+    deposits_[part].cells.resize(std::max<std::size_t>(parts, deposits_[part].cells.size()));
+    for (auto& list : deposits_[part].cells) list.clear();
+    deposits_[part].covers.clear();
+  }
+  const auto sort = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    each_range(state_.cells, own.begin, own.end,
+               [&](const CellRange& range) { sort_into_stripes(range, part, parts); });
+  };
+  team_->run(parts, sort);
+  const auto deposit = [&](unsigned set) { deposit_stripes(set, parts); };
+  team_->run(parts, deposit);
+  for (unsigned part = 0; part < parts; ++part)
+    for (const Deposits::Cover& cover : deposits_[part].covers)
+      state_.organisms[cover.organism].fields.cover(cover.kind, cover.middles);
+}
+
+void Simulation::sort_into_stripes(const CellRange& range, unsigned part, unsigned parts) {
+  const CellStore& cells = state_.cells;
+  Deposits& deposits = deposits_[part];
+  const MorphogenFields::Stripes stripes{parts};
+  const std::vector<std::uint32_t>& channels =
+      state_.organisms[range.organism].phenotype->ports->out().morphogens;
+  for (std::uint32_t i = range.begin; i < range.end; ++i) {
+    if (cells.dead[i] != 0 || footprints_[i].sum == 0) continue;
+    const std::uint32_t lower = stripes.set_of(footprints_[i].row - 1);
+    const std::uint32_t upper = stripes.set_of(footprints_[i].row + 1);
+    deposits.cells[lower].push_back(i);
+    if (upper != lower) deposits.cells[upper].push_back(i);
+  }
+  for (std::size_t kind = 0; kind < channels.size(); ++kind) {
+    const float* produced = outputs_.row(channels[kind]);
+    Middles middles;
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+      if (cells.dead[i] == 0 && footprints_[i].sum != 0 && produced[i] > 0)
+        middles.add(footprints_[i]);
+    deposits.covers.push_back({range.organism, kind, middles});
+  }
+}
+
+void Simulation::deposit_stripes(unsigned set, unsigned sets) {
   const CellStore& cells = state_.cells;
   const Deposit rule = ecosystem_.config().morphogens.deposit;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (cells.dead[i] != 0) continue;
-    OrganismState& organism = state_.organisms[cells.organism[i]];
-    const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
-    // A mother has just moved; everybody else stands where it sensed.
-    const bool moved = cells.action[i] == Action::none;
-    const Footprint at = moved ? organism.fields.footprint(cells.x[i], cells.y[i]) : footprints_[i];
-    for (std::size_t kind = 0; kind < channels.size(); ++kind) {
-      const auto amount = static_cast<float>(share(outputs_.row(channels[kind])[i]));
-      organism.fields.deposit(kind, at, amount, rule);
+  for (unsigned part = 0; part < sets; ++part) {
+    for (const std::uint32_t i : deposits_[part].cells[set]) {
+      OrganismState& organism = state_.organisms[cells.organism[i]];
+      const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
+      for (std::size_t kind = 0; kind < channels.size(); ++kind)
+        organism.fields.deposit(kind, footprints_[i],
+                                static_cast<float>(share(outputs_.row(channels[kind])[i])), rule,
+                                MorphogenFields::Stripes{sets}, set);
     }
   }
 }
@@ -247,18 +365,26 @@ void Simulation::move() {
   mechanics_.run(ecosystem_.config().mechanics, state_, external);
 }
 
-void Simulation::bury() {
+bool Simulation::bury() {
   CellStore& cells = state_.cells;
   const double limit = ecosystem_.config().radius * ecosystem_.config().radius;
+  dead_.resize(cells.size());
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const bool inside = cells.x[i] * cells.x[i] + cells.y[i] * cells.y[i] <= limit;
+      if (!inside) cells.kill(i, cause_outside);
+      dead_[cells.rank[i]] = cells.dead[i];
+    }
+  });
   bool any = false;
-  for (const std::uint32_t i : cells.order) {
-    if (!(cells.x[i] * cells.x[i] + cells.y[i] * cells.y[i] <= limit)) cells.kill(i, cause_outside);
-    if (cells.dead[i] == 0) continue;
+  each_marked(dead_, 1, [&](std::uint32_t place) {
+    const std::uint32_t i = cells.order[place];
     any = true;
     ++state_.organisms[cells.organism[i]].deaths[cells.cause[i]];
     lose(i, cells.cause[i] == cause_outside ? &Ledger::lost_outside : &Ledger::lost_death);
-  }
-  if (any) remove(cells.dead);
+  });
+  if (any) reorganiser_.run(cells, cells.dead);
+  return any;
 }
 
 void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
@@ -270,11 +396,6 @@ void Simulation::lose(std::uint32_t cell, Sum Ledger::*lost) {
   if (--organism.live > 0) return;
   organism.outcome.survival = state_.step;
   organism.fields = MorphogenFields(ecosystem_.config().morphogens);
-}
-
-void Simulation::remove(std::span<const std::uint8_t> marked) {
-  reorganiser_.run(state_.cells, marked);
-  state_.contacts.remap(reorganiser_.new_index());
 }
 
 std::uint32_t Simulation::wound(const Wound& wound) {
@@ -289,7 +410,8 @@ std::uint32_t Simulation::wound(const Wound& wound) {
     lose(i, &Ledger::lost_death);
   }
   if (removed == 0) return 0;
-  remove(marked);
+  reorganiser_.run(state_.cells, marked);
+  state_.contacts.remap(reorganiser_.new_index());
   const bool over = cells.size() == 0 && !state_.finished;
   if (over) finish();
   return removed;

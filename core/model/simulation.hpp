@@ -14,6 +14,7 @@
 #include "core/model/mechanics.hpp"
 #include "core/model/metabolism.hpp"
 #include "core/model/profile.hpp"
+#include "core/model/team.hpp"
 #include "core/model/witness.hpp"
 #include "core/model/world_state.hpp"
 #include "core/model/world_view.hpp"
@@ -68,6 +69,10 @@ class Simulation {
   /// Tells `witness` (null: nobody) what happens from now on; it must outlive the simulation or be
   /// replaced. Never changes what happens.
   void tell(Witness* witness);
+  /// Shares the work of steps with `team` (null: nobody) from now on; it must outlive this or be
+  /// replaced, and helps one simulation at a time. Never changes what happens. Plugins' calls but
+  /// Program::step stay with the calling thread.
+  void use(Team* team);
   /// Measures every step from now on into `profile` (null: no more), which must outlive it.
   void measure(Profile* profile);
 
@@ -84,14 +89,19 @@ class Simulation {
   void timed(StepPhase phase, Part&& part);
   void update_fields();
   void sense();
+  void sense(const CellRange& range);
   void control();
-  void run_program(const Program& program, const Batch& batch) const;
+  void run_programs();
+  void run_program(const CellRange& range);
   void deposit(std::uint32_t count);
+  void deposit(const CellRange& range);
+  void deposit_in_stripes(std::uint32_t count, unsigned parts);
+  void sort_into_stripes(const CellRange& range, unsigned part, unsigned parts);
+  void deposit_stripes(unsigned set, unsigned sets);
   void reorganise();
   void move();
-  void bury();
+  [[nodiscard]] bool bury();
   void lose(std::uint32_t cell, Sum Ledger::*lost);
-  void remove(std::span<const std::uint8_t> marked);
   void end_step();
   void finish();
 
@@ -104,7 +114,26 @@ class Simulation {
   MechanicsSolver mechanics_;
   Reorganiser reorganiser_;
   std::vector<Footprint> footprints_;
-  std::vector<float*> sensed_;  ///< rows of inputs, by morphogen
+  /// A morphogen to be swept, and the rows of all that come before it.
+  struct Sweep {
+    MorphogenFields* fields;
+    std::size_t kind;
+    std::uint32_t rows, before;
+  };
+  std::vector<Sweep> sweeps_;
+  /// Of a part of the cells: those that deposit in each set of stripes, and where.
+  struct Deposits {
+    struct Cover {
+      std::uint16_t organism;
+      std::size_t kind;
+      Middles middles;
+    };
+    std::vector<std::vector<std::uint32_t>> cells;  ///< by set
+    std::vector<Cover> covers;
+  };
+  std::vector<Deposits> deposits_;  ///< by part
+  std::vector<std::uint8_t> dead_;  ///< by canonical place
+  Team* team_ = nullptr;
   Witness* witness_ = nullptr;
   Profile* profile_ = nullptr;
 };

@@ -30,6 +30,13 @@ const char* text_of(double value) {
 
 }  // namespace
 
+WorldView::WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
+                     const DiscBins& bins)
+    : ecosystem_(ecosystem), state_(state), inputs_(inputs), bins_(bins) {
+  for (const auto& purpose : ecosystem.schema().purposes)
+    purpose_keys_.push_back(stable_key(purpose));
+}
+
 template <class Call>
 void WorldView::guarded(const std::string& instance, const char* call, Call&& body) {
   const auto where = [&] { return std::string(call) + " at step " + std::to_string(state_.step); };
@@ -176,9 +183,13 @@ std::span<double> WorldView::force_y() {
 void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) {
   require(Phase::stress, "first_hit");
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
-  if (!hits_ready_) hits_.prepare(state_.cells);
+  if (!hits_ready_) hits_.prepare(state_.cells, bins_);
   hits_ready_ = true;
-  hits_.first(state_.cells, segments, cells);
+  // A path takes about as long as a cell in a phase of the step.
+  share(team_, static_cast<std::uint32_t>(segments.size()),
+        [&](std::uint32_t begin, std::uint32_t end) {
+          hits_.first(segments.subspan(begin, end - begin), cells.subspan(begin, end - begin));
+        });
 }
 
 void WorldView::strike(std::uint32_t cell, Id hazard, double energy) {
@@ -200,8 +211,7 @@ void WorldView::kill(std::uint32_t cell, Id cause) {
 }
 
 Rng WorldView::rng(Id purpose, std::uint64_t entity) const {
-  return {state_.seed, world_stream, state_.step,
-          stable_key(ecosystem_.schema().purposes.at(purpose)), entity};
+  return {state_.seed, world_stream, state_.step, purpose_keys_.at(purpose), entity};
 }
 
 double WorldView::parameter(Id parameter) const { return state_.parameters.at(parameter); }

@@ -7,18 +7,22 @@
 #include "core/model/ecosystem.hpp"
 #include "core/model/hits.hpp"
 #include "core/model/profile.hpp"
+#include "core/model/team.hpp"
 #include "core/model/world_state.hpp"
 
 namespace somas::model {
 
 class WorldView final : public World {
  public:
-  WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs)
-      : ecosystem_(ecosystem), state_(state), inputs_(inputs) {}
+  /// All must outlive it. `bins` are of the cells as mechanics left them, in canonical order.
+  WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
+            const DiscBins& bins);
 
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
   void act(Phase phase);
+  /// Shares the search for first hits with `team` (null: nobody) from now on.
+  void use(Team* team) { team_ = team; }
   /// Measures the calls of plugins from now on into `profile`, which may be null.
   void measure(Profile* profile) { profile_ = profile; }
   /// Accumulators for Phase::forces.
@@ -57,15 +61,18 @@ class WorldView final : public World {
   const Ecosystem& ecosystem_;
   WorldState& state_;
   FloatMatrix& inputs_;
+  const DiscBins& bins_;
   Cells cells_;
   std::optional<Phase> phase_;
   const std::string* acting_ = nullptr;  ///< the instance that acts
   std::span<double> fx_, fy_;
+  std::vector<std::uint64_t> purpose_keys_;  ///< by purpose Id
   HitFinder hits_;
   bool hits_ready_ = false;
   std::vector<std::vector<double>> skills_;  ///< scratch by skill; valid where filled
   std::vector<bool> skill_filled_;
   Profile* profile_ = nullptr;
+  Team* team_ = nullptr;
 };
 
 }  // namespace somas::model

@@ -22,7 +22,7 @@ Coordinator::Coordinator(const Parts& parts, std::vector<model::Genome> given)
       stop_(parts.stop),
       given_(std::move(given)),
       journal_(directory_.store().database(), key_of(experiment_)),
-      recordings_(experiment_, heredity_, directory_.path()) {
+      recordings_(experiment_, heredity_, directory_.path(), parts.world_threads) {
   // Where the run stands.
   const Store& store = directory_.store();
   report_.directory = directory_.path();

@@ -36,6 +36,7 @@ class Coordinator {
     RunDirectory& directory;
     Watcher* watcher = nullptr;  ///< may be none
     evaluation::StopToken stop{};
+    unsigned world_threads = 1;  ///< that share a large world where lives are recorded
   };
   /// All that `parts` refers to must outlive this. `given`: genomes that seed the first generation.
   Coordinator(const Parts& parts, std::vector<model::Genome> given);

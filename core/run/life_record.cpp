@@ -45,14 +45,14 @@ std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
 std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
                                       const evaluation::Task& task, std::size_t own,
                                       evaluation::StopToken stop, const Observer& observer,
-                                      recording::LifeWitness* witness) {
+                                      recording::LifeWitness* witness, model::Team* team) {
   LifeRecord life = begin_life_record(*ecosystem.grow(task.roster[own].genome->tree));
   const auto watch = [&](const model::Simulation& simulation) {
     observe_step(simulation, own, life);
     if (observer) observer(simulation);
     if (witness != nullptr) witness->observe(simulation);
   };
-  const auto result = evaluation::simulate(ecosystem, task, stop, watch, witness);
+  const auto result = evaluation::simulate(ecosystem, task, stop, watch, witness, nullptr, team);
   if (!result) return std::nullopt;
   if (witness != nullptr) witness->finish(*result);
   life.outcome = result->rows[own].outcome;

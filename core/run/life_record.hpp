@@ -31,13 +31,14 @@ struct LifeRecord {
 using Observer = std::function<void(const model::Simulation&)>;
 
 /// Simulates as an evaluation does; tells the life of the organism at place `own` of the roster.
-/// Nothing if stopped early. `witness` (may be null) records all of it. Throws
-/// model::PluginFailure, and what observer and witness throw.
+/// Nothing if stopped early. `witness` (may be null) records all of it; `team` (may be null) shares
+/// the steps. Throws model::PluginFailure, and what observer and witness throw.
 [[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,
                                                     const evaluation::Task& task, std::size_t own,
                                                     evaluation::StopToken stop = {},
                                                     const Observer& observer = {},
-                                                    recording::LifeWitness* witness = nullptr);
+                                                    recording::LifeWitness* witness = nullptr,
+                                                    model::Team* team = nullptr);
 
 /// The same of an organism alone: of its single_task.
 [[nodiscard]] std::optional<LifeRecord> record_life(const model::Ecosystem& ecosystem,

@@ -56,7 +56,8 @@ Life live_from(const model::Ecosystem& ecosystem, const Champion& champion,
 }
 
 std::optional<Moment> moment_before(std::uint64_t step, const std::filesystem::path& run,
-                                    const Champion& champion, const model::Ecosystem& ecosystem) {
+                                    const Champion& champion, const model::Ecosystem& ecosystem,
+                                    model::Team* team) {
   const std::vector<std::uint64_t>& hashes = champion.life.hashes;
   if (step >= hashes.size())
     throw UsageError("step " + std::to_string(step) +
@@ -68,6 +69,7 @@ std::optional<Moment> moment_before(std::uint64_t step, const std::filesystem::p
   const Life life = moment.file ? live_from_file(*moment.file, champion, ecosystem)
                                 : live_from_birth(ecosystem, champion);
   model::Simulation& world = *life.simulation;
+  world.use(team);
   while (world.steps_done() < step && !world.finished()) world.step();
   if (world.finished() || (step > 0 && world.hash() != hashes[step - 1])) return std::nullopt;
   moment.world = model::save(world);

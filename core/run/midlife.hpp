@@ -33,12 +33,14 @@ struct Life {
                              std::span<const std::byte> world);
 
 /// The moment before `step` of a recorded life, from the latest state file that helps, simulating
-/// the rest. Nothing where the life up to there is not the recorded one. Throws UsageError for a
-/// step beyond the life and for a state file that is damaged or of another life.
+/// the rest, which `team` (may be null) shares. Nothing where the life up to there is not the
+/// recorded one. Throws UsageError for a step beyond the life and for a state file that is damaged
+/// or of another life.
 [[nodiscard]] std::optional<Moment> moment_before(std::uint64_t step,
                                                   const std::filesystem::path& run,
                                                   const Champion& champion,
-                                                  const model::Ecosystem& ecosystem);
+                                                  const model::Ecosystem& ecosystem,
+                                                  model::Team* team = nullptr);
 
 /// The moment that a state file holds. Throws UsageError as above.
 [[nodiscard]] Moment moment_in(const std::filesystem::path& file, const Champion& champion,

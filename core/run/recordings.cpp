@@ -68,26 +68,27 @@ recording::Provenance provenance_of(const Champion& champion, const evolution::H
 }
 
 std::optional<LifeRecord> Recordings::champion(const Champion& champion,
-                                               evaluation::StopToken stop) const {
+                                               evaluation::StopToken stop) {
   if (experiment_.record.what == experiment::Recorded::none)
-    return record_life(*experiment_.ecosystem, task_of(champion), champion.own_seat, stop);
+    return record_life(*experiment_.ecosystem, task_of(champion), champion.own_seat, stop, {},
+                       nullptr, &team_);
   return live(champion, recording_path(run_, champion.generation, champion.population), stop);
 }
 
-bool Recordings::individual(const Champion& individual, evaluation::StopToken stop) const {
+bool Recordings::individual(const Champion& individual, evaluation::StopToken stop) {
   const fs::path file = individual_recording_path(run_, individual.generation,
                                                   individual.population, individual.individual.id);
   return live(individual, file, stop).has_value();
 }
 
 std::optional<LifeRecord> Recordings::live(const Champion& who, const fs::path& file,
-                                           evaluation::StopToken stop) const {
+                                           evaluation::StopToken stop) {
   recording::FileWriter writer;
   recording::Recorder recorder(*experiment_.ecosystem, who.own_seat, writer,
                                provenance_of(who, heredity_, experiment_, run_),
                                recorder_options(experiment_.record));
   std::optional<LifeRecord> life =
-      record_life(*experiment_.ecosystem, task_of(who), who.own_seat, stop, {}, &recorder);
+      record_life(*experiment_.ecosystem, task_of(who), who.own_seat, stop, {}, &recorder, &team_);
   if (life) write(file, writer);
   return life;
 }

@@ -38,28 +38,29 @@ namespace somas::run {
 /// whole, after its life, or not at all.
 class Recordings {
  public:
-  /// All must outlive this.
+  /// All must outlive this. `world_threads` share a large world.
   Recordings(const experiment::Experiment& experiment, const evolution::Heredity& heredity,
-             std::filesystem::path run)
-      : experiment_(experiment), heredity_(heredity), run_(std::move(run)) {}
+             std::filesystem::path run, unsigned world_threads = 1)
+      : experiment_(experiment), heredity_(heredity), run_(std::move(run)), team_(world_threads) {}
 
   /// A champion's life, recorded or not. Nothing if stopped. Throws WriteError.
   [[nodiscard]] std::optional<LifeRecord> champion(const Champion& champion,
-                                                   evaluation::StopToken stop) const;
+                                                   evaluation::StopToken stop);
   /// Whether everybody's life is to be recorded, by `individual`.
   [[nodiscard]] bool of_all() const { return experiment_.record.what == experiment::Recorded::all; }
   /// An individual's life; `individual` says who, as a champion does. False if stopped. Throws
   /// WriteError.
-  [[nodiscard]] bool individual(const Champion& individual, evaluation::StopToken stop) const;
+  [[nodiscard]] bool individual(const Champion& individual, evaluation::StopToken stop);
 
  private:
   [[nodiscard]] std::optional<LifeRecord> live(const Champion& who,
                                                const std::filesystem::path& file,
-                                               evaluation::StopToken stop) const;
+                                               evaluation::StopToken stop);
 
   const experiment::Experiment& experiment_;
   const evolution::Heredity& heredity_;
   std::filesystem::path run_;
+  model::Team team_;
 };
 
 }  // namespace somas::run

@@ -225,12 +225,12 @@ Observer saving(const ReplayOptions& options, ReplayReport& report) {
 
 /// Replays from a moment on; false where the life up to there is not the recorded one.
 bool replay_rest(const ReplayOptions& options, const experiment::Experiment& then,
-                 ReplayReport& report) {
+                 model::Team& team, ReplayReport& report) {
   const Champion& champion = report.recorded;
   const std::optional<Moment> moment =
       options.from_state
           ? moment_in(*options.from_state, champion, *then.ecosystem)
-          : moment_before(*options.from_step, options.run, champion, *then.ecosystem);
+          : moment_before(*options.from_step, options.run, champion, *then.ecosystem, &team);
   if (!moment) return false;
   if (options.save_at && *options.save_at <= moment->step)
     throw UsageError("--at-step " + std::to_string(*options.save_at) + " is not after step " +
@@ -246,6 +246,7 @@ bool replay_rest(const ReplayOptions& options, const experiment::Experiment& the
     Life life = live_from(*now.ecosystem, champion, moment->world);
     Recorders recorders(options, champion, now);
     life.simulation->tell(recorders.witness());
+    life.simulation->use(&team);
     report.beginning = Beginning{.step = moment->step, .file = moment->file, .removed = {}};
     for (const model::Wound& wound : options.wounds)
       report.beginning->removed.push_back(life.simulation->wound(wound));
@@ -302,7 +303,8 @@ ReplayReport replay(const ReplayOptions& options) {
   check_moments(options, report.recorded);
   if (options.prelude) options.prelude(report.recorded);
 
-  const bool begun = in_mid_life && replay_rest(options, experiment, report);
+  model::Team team(options.world_threads);
+  const bool begun = in_mid_life && replay_rest(options, experiment, team, report);
   if (in_mid_life && !begun) {
     // Where there is no such moment, the whole life shows what differs first.
     report.warnings.push_back(
@@ -314,7 +316,7 @@ ReplayReport replay(const ReplayOptions& options) {
     Recorders recorders(options, report.recorded, experiment);
     report.replayed =
         *record_life(*experiment.ecosystem, task_of(report.recorded), report.recorded.own_seat, {},
-                     saving(options, report), recorders.witness());
+                     saving(options, report), recorders.witness(), &team);
   }
   if (!report.what_if) {
     report.differences = differences(report.recorded, report.replayed);

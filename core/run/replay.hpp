@@ -38,6 +38,7 @@ struct ReplayOptions {
   std::optional<std::filesystem::path> from_state;
   std::vector<model::Wound> wounds;      ///< at the beginning; any makes the replay a what-if
   std::optional<std::uint64_t> save_at;  ///< the state to keep: that before this step
+  unsigned world_threads = 1;            ///< that share a large world; never changes anything
 };
 
 /// The beginning of a replay in mid-life.

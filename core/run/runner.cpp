@@ -84,7 +84,8 @@ RunReport carry_out(const experiment::Experiment& experiment, RunDirectory& dire
                      evolution::matches(settings, experiment.seed, 0).size());
   }
   Watcher* watcher = progress ? &*progress : ways.watcher;
-  Coordinator coordinator({experiment, *evaluator, backend.workers(), directory, watcher, stop},
+  Coordinator coordinator({experiment, *evaluator, backend.workers(), directory, watcher, stop,
+                           backend.world_threads()},
                           std::move(given));
   const std::filesystem::path crash = crash_path(directory.path());
   std::error_code ignored;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+#include <limits>
 #include <stdexcept>
 
 #include "somas/sdk/math.hpp"
@@ -21,6 +21,7 @@ namespace {
 
 constexpr double most_particles = 1e7;
 constexpr std::size_t most_paths = 128;  // of a block
+constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
 }  // namespace
@@ -104,61 +105,111 @@ void ParticleAggression::launch(const Particles& p, std::size_t i, Rng rng) cons
   p.vy[i] = speed * (dy / distance);
 }
 
+/// A rectangle that holds all cells; empty, and so far from everything, when there are none.
+struct ParticleAggression::Box {
+  explicit Box(const Cells& cells) {
+    for (std::uint32_t i = 0; i < cells.count; ++i) {
+      left = std::min(left, cells.x[i] - cells.radius[i]);
+      right = std::max(right, cells.x[i] + cells.radius[i]);
+      bottom = std::min(bottom, cells.y[i] - cells.radius[i]);
+      top = std::max(top, cells.y[i] + cells.radius[i]);
+    }
+  }
+  double left = nowhere, right = -nowhere, bottom = nowhere, top = -nowhere;
+};
+
+/// Particles that fly side by side.
+struct ParticleAggression::Block {
+  std::size_t count = 0;
+  std::array<double, most_paths> x, y;          ///< where they come to
+  std::array<std::int64_t, most_paths> near;    ///< 1: may meet a cell on the way
+  std::array<std::int64_t, most_paths> leaves;  ///< 1: past the far side
+  // Of those that are near, with room for one more: the place in the block, the path, who is hit.
+  std::array<std::uint32_t, most_paths + 1> place;
+  std::array<Segment, most_paths + 1> paths;
+  std::array<std::int32_t, most_paths> hits;
+  std::size_t near_count = 0;
+};
+
 void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
+  const Box inhabited(world.cells());
   // A block at a time, so that its paths are still near when the hits are known.
-  std::array<Segment, most_paths> paths;
-  std::array<std::int32_t, most_paths> hits;
+  Block block;
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < table.rows(); begin += most_paths) {
-    const std::size_t count = std::min(most_paths, table.rows() - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t i = begin + k;
-      paths[k] = {p.x[i], p.y[i], p.x[i] + p.vx[i], p.y[i] + p.vy[i]};
-    }
-    world.first_hit(std::span(paths).first(count), std::span(hits).first(count));
-    kept = settle(world, p, begin, kept, std::span(hits).first(count));
+    block.count = std::min(most_paths, table.rows() - begin);
+    advance(p, begin, inhabited, block);
+    if (block.near_count > 0)
+      world.first_hit(std::span(block.paths).first(block.near_count),
+                      std::span(block.hits).first(block.near_count));
+    kept = settle(world, p, begin, kept, block);
   }
   table.resize(static_cast<std::uint32_t>(kept));
 }
 
-/// Particles from `begin` on fly, one for each of `hits`: they strike, and who is neither spent nor
-/// gone past the far side closes the ranks behind the `kept` ones, in order. Returns how many are.
-std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
-                                       std::size_t kept, std::span<const std::int32_t> hits) const {
-  // Few leave: mark them all side by side, then look for marks eight at a time.
+/// Where the particles from `begin` on come to, who leaves, and the paths of those that come near
+/// the cells: most are too far off to meet any.
+void ParticleAggression::advance(const Particles& p, std::size_t begin, const Box& inhabited,
+                                 Block& block) const {
   const double limit = spawn_radius_ * spawn_radius_;
-  std::array<double, most_paths> x, y;
-  alignas(8) std::array<std::uint8_t, most_paths> leaves{};
-  for (std::size_t k = 0; k < hits.size(); ++k) {
-    x[k] = p.x[begin + k] + p.vx[begin + k];
-    y[k] = p.y[begin + k] + p.vy[begin + k];
-    const bool beyond = x[k] * x[k] + y[k] * y[k] > limit;
-    const bool outwards = x[k] * p.vx[begin + k] + y[k] * p.vy[begin + k] > 0;
-    leaves[k] = (hits[k] >= 0) | (beyond & outwards);
+  const double* x0 = &p.x[begin];
+  const double* y0 = &p.y[begin];
+  const double* vx = &p.vx[begin];
+  const double* vy = &p.vy[begin];
+  for (std::size_t k = 0; k < block.count; ++k) {
+    const double x = x0[k] + vx[k], y = y0[k] + vy[k];
+    const double low_x = x < x0[k] ? x : x0[k], high_x = x < x0[k] ? x0[k] : x;
+    const double low_y = y < y0[k] ? y : y0[k], high_y = y < y0[k] ? y0[k] : y;
+    const bool across = (high_x >= inhabited.left) & (low_x <= inhabited.right);
+    const bool up = (high_y >= inhabited.bottom) & (low_y <= inhabited.top);
+    const bool beyond = x * x + y * y > limit, outwards = x * vx[k] + y * vy[k] > 0;
+    block.x[k] = x;
+    block.y[k] = y;
+    block.near[k] = (across & up) ? 1 : 0;
+    block.leaves[k] = (beyond & outwards) ? 1 : 0;
+  }
+  block.near_count = 0;
+  std::fill(block.near.begin() + block.count, block.near.end(), 0);
+  for (std::size_t group = 0; group < block.count; group += 8) {
+    // Those launched together come near together.
+    std::int64_t any = 0;
+    for (std::size_t k = group; k < group + 8; ++k) any |= block.near[k];
+    if (any == 0) continue;
+    for (std::size_t k = group; k < std::min(group + 8, block.count); ++k) {
+      block.place[block.near_count] = static_cast<std::uint32_t>(k);
+      block.paths[block.near_count] = {x0[k], y0[k], block.x[k], block.y[k]};
+      block.near_count += static_cast<std::size_t>(block.near[k]);
+    }
+  }
+}
+
+/// Particles from `begin` on fly: they strike, and who is neither spent nor gone past the far side
+/// closes the ranks behind the `kept` ones, in order. Returns how many are.
+std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
+                                       std::size_t kept, const Block& block) const {
+  auto leaves = block.leaves;
+  for (std::size_t n = 0; n < block.near_count; ++n) {
+    if (block.hits[n] < 0) continue;
+    const std::uint32_t k = block.place[n];
+    leaves[k] = 1;
+    world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[begin + k]);
   }
   std::array<std::uint32_t, most_paths + 1> leaving;
   std::size_t left = 0;
-  for (std::size_t k = 0; k < hits.size(); k += 8) {
-    std::uint64_t marks;
-    std::memcpy(&marks, &leaves[k], sizeof marks);
-    for (std::size_t n = k; marks != 0 && n < k + 8; ++n)
-      if (leaves[n] != 0) leaving[left++] = static_cast<std::uint32_t>(n);
-  }
-  for (std::size_t n = 0; n < left; ++n) {
-    const std::uint32_t k = leaving[n];
-    if (hits[k] >= 0)
-      world.strike(static_cast<std::uint32_t>(hits[k]), hazard_, p.energy[begin + k]);
+  for (std::size_t k = 0; k < block.count; ++k) {
+    leaving[left] = static_cast<std::uint32_t>(k);
+    left += leaves[k] != 0 ? 1 : 0;
   }
 
   // The runs between them move up.
-  leaving[left] = static_cast<std::uint32_t>(hits.size());
+  leaving[left] = static_cast<std::uint32_t>(block.count);
   std::size_t from = 0;
   for (std::size_t n = 0; n <= left; ++n) {
     const std::size_t to = leaving[n];
-    std::copy_n(x.begin() + from, to - from, p.x.begin() + kept);
-    std::copy_n(y.begin() + from, to - from, p.y.begin() + kept);
+    std::copy_n(block.x.begin() + from, to - from, p.x.begin() + kept);
+    std::copy_n(block.y.begin() + from, to - from, p.y.begin() + kept);
     for (const std::span<double> column : {p.vx, p.vy, p.energy})
       if (kept != begin + from)
         std::copy_n(column.begin() + begin + from, to - from, column.begin() + kept);

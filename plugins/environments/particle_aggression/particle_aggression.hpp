@@ -70,12 +70,15 @@ class ParticleAggression final : public Environment {
 
  private:
   struct Particles;
+  struct Box;
+  struct Block;
   void check_number(std::uint64_t max_steps) const;
   void emit(World& world) const;
   void launch(const Particles& p, std::size_t i, Rng rng) const;
   void fly(World& world) const;
+  void advance(const Particles& p, std::size_t begin, const Box& inhabited, Block& block) const;
   std::size_t settle(World& world, const Particles& p, std::size_t begin, std::size_t kept,
-                     std::span<const std::int32_t> hits) const;
+                     const Block& block) const;
 
   Parameters parameters_;
   double spawn_radius_ = 0;

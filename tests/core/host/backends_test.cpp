@@ -99,6 +99,41 @@ TEST_F(Backends, GiveTheSameBytes) {
   }
 }
 
+TEST_F(Backends, GiveTheSameBytesWithThreadsInEachWorld) {
+  ASSERT_EQ(host({"--threads", "1", "--out", "threads"}), 0) << err_;
+  ASSERT_EQ(host({"--threads", "1", "--world-threads", "3", "--out", "shared"}), 0) << err_;
+  EXPECT_TRUE(results("shared") == results("threads"));
+  ASSERT_EQ(host({"--workers", "1", "--world-threads", "3", "--out", "pool"}), 0) << err_;
+  EXPECT_TRUE(results("pool") == results("threads"));
+}
+
+TEST_F(Backends, TellEvaluatorsOfTheThreadsInEachWorld) {
+  write("fault: loop, cells: 2");
+  HostProcess process(scratch_.path(),
+                      {"e.yaml", "--workers", "1", "--world-threads", "3", "--out", "a"});
+  std::set<pid_t> evaluators;
+  ASSERT_TRUE(eventually([&] {
+    evaluators = evaluators_of(process.id());
+    return evaluators.size() == 1;
+  }));
+  std::string words;
+  EXPECT_TRUE(eventually([&] {
+    words = read_file("/proc/" + std::to_string(*evaluators.begin()) + "/cmdline");
+    return words.ends_with(std::string("\0" "3\0", 3));
+  })) << words;
+  process.send(SIGTERM);
+  EXPECT_EQ(process.wait(), 143) << process.err();
+}
+
+TEST_F(Backends, TakeOneTo256ThreadsInAWorld) {
+  for (const char* wrong : {"0", "257", "-1", "two"}) {
+    EXPECT_EQ(host({"--world-threads", wrong, "--out", "a"}), 2) << wrong;
+    EXPECT_THAT(err_, HasSubstr("is not a whole number from 1 to 256"));
+  }
+  EXPECT_EQ(host({"--world-thread", "2", "--out", "a"}), 2);
+  EXPECT_THAT(err_, HasSubstr("--world-threads"));
+}
+
 TEST_F(Backends, GiveTheSameBytesWhenPluginsThrow) {
   write("fault: throw, cells: 2");
   ASSERT_EQ(host({"--threads", "2", "--out", "threads"}), 0) << err_;

@@ -475,9 +475,12 @@ TEST(FirstHitDeathTest, SurvivesACellOfNoFinitePlace) {
     cells.radius = {1, 1, 1};
     cells.order = {0, 1, 2};
     cells.rank = {0, 1, 2};
+    const std::array<Disc, 3> discs{{{0, 0, 1, 0.1}, {place, 0, 1, 0.1}, {4, 0, 1, 0.1}}};
+    DiscBins bins;
+    bins.sort(discs, 1.2);
     HitFinder finder;
-    finder.prepare(cells);
-    return finder.first(cells, {-9, 0, 9, 0});
+    finder.prepare(cells, bins);
+    return finder.first({-9, 0, 9, 0});
   };
   for (const double place :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})

@@ -355,8 +355,7 @@ TEST(MorphogenSensing, OfManyPointsIsThatOfEachAlone) {
     }
     std::vector<Footprint> prints(x.size());
     std::vector<float> sensed(x.size());
-    float* const rows[] = {sensed.data()};
-    fields.survey(x, y, prints, rows);
+    fields.survey(x, y, prints, {sensed.data(), 1, u(static_cast<int>(x.size())), x.size()});
     for (std::size_t i = 0; i < x.size(); ++i) {
       const Footprint alone = fields.footprint(x[i], y[i]);
       EXPECT_EQ(prints[i].weight, alone.weight) << x[i] << ' ' << y[i];

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstdlib>
 #include <map>
@@ -22,8 +23,8 @@
 
 namespace {
 
-bool counting = false;
-std::size_t allocations = 0;
+std::atomic<bool> counting = false;
+std::atomic<std::size_t> allocations = 0;
 
 void* counted(std::size_t size, std::size_t alignment) {
   if (counting) ++allocations;
@@ -895,12 +896,12 @@ TEST(Run, GoesOnFromWhateverCellsAreLeftByHand) {
 
 // ---------------------------------------------------------------------------------
 
-TEST(Allocation, DoesNotHappenInAStepOnceWarm) {
+void expect_no_allocation(Team* team) {
   // Warm: these very steps have been taken before, so every buffer has seen its greatest size.
   Bench bench;
   const Busy busy;
   busy.set_up(bench);
-  bench.start();
+  bench.start().use(team);
   bench.steps(300);
   const WorldState saved = bench.world();
   const auto go_back = [&] {
@@ -931,6 +932,13 @@ TEST(Allocation, DoesNotHappenInAStepOnceWarm) {
   counting = false;
   ::operator delete(something);
   EXPECT_EQ(allocations, 1u) << "the counter counts";
+}
+
+TEST(Allocation, DoesNotHappenInAStepOnceWarm) { expect_no_allocation(nullptr); }
+
+TEST(Allocation, DoesNotHappenWithWorldThreadsOnceWarm) {
+  Team team(3, 1);
+  expect_no_allocation(&team);
 }
 
 }  // namespace

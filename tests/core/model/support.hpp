@@ -158,15 +158,22 @@ class ScriptedProgram final : public Program {
       for (float& value : batch.out.channel(c)) value = 0;
     if (!script_) return;
     const WorldState& world = stage_->simulation->state();
-    std::uint32_t first = 0;
-    for (std::uint32_t i = world.cells.size(); i-- > 0;)
-      if (world.cells.organism[i] == batch.organism && world.cells.state[i] == batch.state)
-        first = i;
+    const std::uint32_t first = first_of(batch, world.cells);
     for (std::uint32_t lane = 0; lane < batch.count; ++lane)
       script_({batch, layout_, lane, world.step, world.cells.id[first + lane]});
   }
 
  private:
+  /// Storage index of the first lane; only a script with memory can tell where a batch was cut.
+  [[nodiscard]] std::uint32_t first_of(const Batch& batch, const CellStore& cells) const {
+    if (memory_rows_ > 0)
+      return static_cast<std::uint32_t>(batch.memory.data - cells.memory.row(0));
+    std::uint32_t first = 0;
+    for (std::uint32_t i = cells.size(); i-- > 0;)
+      if (cells.organism[i] == batch.organism && cells.state[i] == batch.state) first = i;
+    return first;
+  }
+
   Layout layout_;
   Script script_;
   std::uint32_t memory_rows_;

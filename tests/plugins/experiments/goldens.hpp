@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/evaluation/backend.hpp"
 #include "core/evolution/heredity.hpp"
 #include "core/experiment/experiment.hpp"
 #include "core/run/champion.hpp"
@@ -54,20 +55,25 @@ inline std::string hash_of_life(const run::LifeRecord& life) {
   return run::hash_of_text(text.str());
 }
 
-inline std::string golden_of_champion(const std::string& max_cells) {
+/// Every cell is worth a thread, so that worlds of any size are shared.
+inline model::WorldThreads shared_by(unsigned threads) { return {threads, 1}; }
+
+inline std::string golden_of_champion(const std::string& max_cells, unsigned world_threads) {
   const experiment::Experiment exp1 =
       shipped_experiment("exp1.yaml", {"world.max_cells=" + max_cells});
   const evolution::Heredity heredity(*exp1.ecosystem);
   const run::Champion champion = run::parse_champion(
       run::read_file(SOMAS_SOURCE_DIR "/bench/data/champion_exp1.json"), "champion", heredity);
-  const auto life =
-      run::record_life(*exp1.ecosystem, champion.individual.genome, champion.seed).value();
+  model::Team team(shared_by(world_threads));
+  const evaluation::Task task = run::single_task(champion.individual.genome, champion.seed);
+  const auto life = run::record_life(*exp1.ecosystem, task, 0, {}, {}, nullptr, &team).value();
   return "life=" + hash_of_life(life);
 }
 
 /// All individuals with their fitness, the genomes of the last generation, and every step of its
 /// champion's life.
-inline std::string golden_of_run(const std::string& file, unsigned threads) {
+inline std::string golden_of_run(const std::string& file, unsigned threads,
+                                 unsigned world_threads) {
   const experiment::Experiment experiment = shipped_experiment(
       file, {"evolution.population=24", "evolution.generations=3", "world.max_steps=500"});
   const Scratch scratch;
@@ -75,7 +81,8 @@ inline std::string golden_of_run(const std::string& file, unsigned threads) {
   run::Terminal terminal(stderr);
   run::RunOptions options;
   options.out = directory;
-  options.threads = threads;
+  const auto backend = evaluation::thread_backend(threads, nullptr, shared_by(world_threads));
+  options.backend = backend.get();
   options.quiet = true;
   if (run::run(experiment, options, terminal, {}).generations != 3)
     throw std::runtime_error(file + ": the run did not end");
@@ -92,13 +99,18 @@ inline std::string golden_of_run(const std::string& file, unsigned threads) {
   replay.plugin_directories = {SOMAS_BINARY_DIR "/plugins"};
   const run::ReplayReport champion = run::replay(replay);
   if (!champion.matches()) throw std::runtime_error(file + ": the replay differs from the record");
-  return "results=" + run::hash_of_text(results) + " life=" + hash_of_life(champion.replayed);
+  model::Team team(shared_by(world_threads));
+  const auto life = run::record_life(*experiment.ecosystem, run::task_of(champion.recorded),
+                                     champion.recorded.own_seat, {}, {}, nullptr, &team);
+  return "results=" + run::hash_of_text(results) + " life=" + hash_of_life(life.value());
 }
 
-inline std::string golden_of(const std::string& name, unsigned threads) {
-  if (name == champion_life) return golden_of_champion("250");
-  if (name == champion_life_1000) return golden_of_champion("1000");
-  return golden_of_run(name, threads);
+/// `threads` simulate, and so many share each world.
+inline std::string golden_of(const std::string& name, unsigned threads,
+                             unsigned world_threads = 1) {
+  if (name == champion_life) return golden_of_champion("250", world_threads);
+  if (name == champion_life_1000) return golden_of_champion("1000", world_threads);
+  return golden_of_run(name, threads, world_threads);
 }
 
 /// Lines "NAME HASHES"; "#" begins a comment.

@@ -15,6 +15,14 @@ TEST_P(Goldens, AreMetWithOneTwoAndFourThreads) {
         << threads << " threads. If results were meant to change: ./dev goldens --why TEXT";
 }
 
+TEST_P(Goldens, AreMetWithTwoAndFourThreadsInEachWorld) {
+  const auto goldens = read_goldens(run::read_file(goldens_file));
+  ASSERT_TRUE(goldens.contains(GetParam())) << "no line in goldens.txt; see ./dev goldens";
+  for (const unsigned world_threads : {2u, 4u})
+    EXPECT_EQ(golden_of(GetParam(), 1, world_threads), goldens.at(GetParam()))
+        << world_threads << " threads in each world";
+}
+
 std::string test_name(const testing::TestParamInfo<std::string>& info) {
   std::string name = info.param;
   std::erase_if(name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; });

@@ -10,7 +10,7 @@
 
 namespace somas {
 
-/// The cells of one (organism, state) as one contiguous range of lanes.
+/// Cells of one (organism, state), all or some, as one contiguous range of lanes.
 /// in: Layout::input_channels rows; out: one row per Layout::outputs; memory: memory_per_cell rows.
 struct Batch {
   std::uint32_t count = 0;     ///< cells: the lanes of each matrix
@@ -22,7 +22,7 @@ struct Batch {
                                ///< host, which still ranks saturated actions by the unclamped value
 };
 
-/// An expressed genome: immutable, called concurrently on disjoint batches.
+/// An expressed genome: immutable, called concurrently on disjoint batches, even of one simulation.
 class Program : public Extensible {
  public:
   /// Rows of Batch::memory, the same every time.

@@ -76,10 +76,9 @@ inline constexpr double ln2_low = 0x1.ef35793c76730p-45;
   const auto bits = std::bit_cast<std::uint64_t>(scaled);
   k += static_cast<std::int64_t>(bits >> 52) - 1023;
   double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
-  if (m > 1.4142135623730951) {
-    m *= 0.5;
-    ++k;
-  }
+  const bool above = m > 1.4142135623730951;
+  m = above ? 0.5 * m : m;
+  k += above ? 1 : 0;
   const double f = m - 1.0;
   const double s = f / (m + 1.0);
   const double z = s * s;
@@ -137,16 +136,12 @@ struct SinCos {
   const double half = 0.5 * z;
   const double lead = 1.0 - half;
   const double cosine = lead + (((1.0 - lead) - half) + (z * z * c - r * t));
-  switch (static_cast<std::int64_t>(q) & 3) {
-    case 0:
-      return {sine, cosine};
-    case 1:
-      return {cosine, -sine};
-    case 2:
-      return {-sine, -cosine};
-    default:
-      return {-cosine, sine};
-  }
+  // The quarter turn chooses which is which and the signs; without branches, as it is any.
+  const auto quarter = static_cast<std::int64_t>(q);
+  const bool swap = (quarter & 1) != 0;
+  const double a = swap ? cosine : sine, b = swap ? sine : cosine;
+  const bool lower = (quarter & 2) != 0, left = ((quarter + 1) & 2) != 0;
+  return {lower ? -a : a, left ? -b : b};
 }
 
 /// 1 / (1 + e^-x) in single precision, without branches so that loops over lanes vectorise.

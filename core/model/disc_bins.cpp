@@ -1,0 +1,132 @@
+#include "core/model/disc_bins.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace somas::model {
+
+namespace {
+
+/// A seeming reach wider by more than this lets too many pass.
+constexpr double coarse_error = 0.01;
+
+bool is_somewhere(const Disc& disc) {
+  constexpr double absurd = 1e30;
+  return (std::abs(disc.x) < absurd) & (std::abs(disc.y) < absurd);
+}
+
+}  // namespace
+
+DiscBins::Bounds DiscBins::bounds_of(std::span<const Disc> discs) {
+  constexpr double nowhere = std::numeric_limits<double>::infinity();
+  Bounds bounds{{nowhere, nowhere}, {-nowhere, -nowhere}, 0, 0};
+  for (const Disc& disc : discs) {
+    bounds.radius = std::max(bounds.radius, disc.radius);
+    bounds.margin = std::max(bounds.margin, disc.margin);
+    if (!is_somewhere(disc)) continue;
+    const Two at{disc.x, disc.y};
+    bounds.low = at < bounds.low ? at : bounds.low;
+    bounds.high = at > bounds.high ? at : bounds.high;
+  }
+  return bounds;
+}
+
+DiscBins::Bounds DiscBins::bounds_of(std::span<const Disc> discs, unsigned parts) {
+  if (parts == 1) return bounds_of(discs);
+  bounds_.resize(std::max<std::size_t>(bounds_.size(), parts));
+  const auto look = [&](unsigned part) {
+    const Stretch own = stretch(static_cast<std::uint32_t>(discs.size()), part, parts);
+    bounds_[part] = bounds_of(discs.subspan(own.begin, own.end - own.begin));
+  };
+  team_->run(parts, look);
+  Bounds all = bounds_[0];
+  for (const Bounds& some : std::span(bounds_).first(parts)) {
+    all.radius = std::max(all.radius, some.radius);
+    all.margin = std::max(all.margin, some.margin);
+    all.low = some.low < all.low ? some.low : all.low;
+    all.high = some.high > all.high ? some.high : all.high;
+  }
+  return all;
+}
+
+void DiscBins::lay_out(const Bounds& bounds, std::size_t count, double range) {
+  Two low = bounds.low, high = bounds.high;
+  if (!(low[0] <= high[0])) low = high = Two{};
+  left_ = low[0];
+  bottom_ = low[1];
+  widest_ = bounds.radius * range + bounds.margin;
+  const double width = high[0] - low[0], height = high[1] - low[1];
+  // A disc far off must not cost a grid as wide: a few bins a disc are enough.
+  const double most_bins = 4.0 * static_cast<double>(count) + 1024;
+  side_ = (1 + 1e-9) * std::max({2.0 * widest_, std::max(width, height) / most_bins,
+                                 std::sqrt(width * height / most_bins)});
+  columns_ = static_cast<std::uint32_t>(width / side_) + 1;
+  rows_ = static_cast<std::uint32_t>(height / side_) + 1;
+  coarse_ = rounding * std::max(width, height) > coarse_error;
+}
+
+inline std::uint32_t DiscBins::bin_of(const Disc& disc, double bins_per_length) const {
+  const bool somewhere = is_somewhere(disc);
+  const double x = somewhere ? disc.x - left_ : 0.0;
+  const double y = somewhere ? disc.y - bottom_ : 0.0;
+  const auto column = static_cast<std::int32_t>(x * bins_per_length);
+  const auto row = static_cast<std::int32_t>(y * bins_per_length);
+  return static_cast<std::uint32_t>(row) * columns_ + static_cast<std::uint32_t>(column);
+}
+
+inline void DiscBins::put(std::uint32_t item, const Disc& disc, double range, double error,
+                          std::uint32_t at) {
+  const double reach = range * disc.radius + disc.margin;
+  items_[at] = item;
+  x_[at] = static_cast<float>(disc.x - left_);
+  y_[at] = static_cast<float>(disc.y - bottom_);
+  reach_[at] = static_cast<float>(reach * (1 + 4 * rounding) + error);
+}
+
+void DiscBins::sort(std::span<const Disc> discs, double range) {
+  const std::size_t count = discs.size();
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
+  lay_out(bounds_of(discs, parts), count, range);
+  const double bins_per_length = 1.0 / side_;
+  const double error = rounding * side_ * (columns_ + rows_);
+  bin_of_.resize(count);
+  items_.resize(count + 8);
+  for (auto* column : {&x_, &y_, &reach_}) column->resize(count + 8);
+  if (parts > 1) return sort_in_parts(discs, range, error, parts);
+  // A counting sort. Counts stand two places on, so that places taken one on leave the starts.
+  start_.assign(static_cast<std::size_t>(columns_) * rows_ + 2, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    bin_of_[i] = bin_of(discs[i], bins_per_length);
+    ++start_[bin_of_[i] + 2];
+  }
+  for (std::size_t b = 2; b < start_.size(); ++b) start_[b] += start_[b - 1];
+  for (std::uint32_t i = 0; i < count; ++i)
+    put(i, discs[i], range, error, start_[bin_of_[i] + 1]++);
+}
+
+void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double error,
+                             unsigned parts) {
+  const auto count = static_cast<std::uint32_t>(discs.size());
+  const double bins_per_length = 1.0 / side_;
+  counts_.reset(parts, columns_ * rows_);
+  const auto count_bins = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* counts = counts_.begin(part);
+    for (std::uint32_t i = own.begin; i < own.end; ++i) {
+      bin_of_[i] = bin_of(discs[i], bins_per_length);
+      ++counts[bin_of_[i]];
+    }
+  };
+  team_->run(parts, count_bins);
+  counts_.to_places(*team_, start_);
+  const auto place = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    std::uint32_t* places = counts_.of(part);
+    for (std::uint32_t i = own.begin; i < own.end; ++i)
+      put(i, discs[i], range, error, places[bin_of_[i]]++);
+  };
+  team_->run(parts, place);
+}
+
+}  // namespace somas::model
