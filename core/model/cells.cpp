@@ -1,8 +1,12 @@
 #include "core/model/cells.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <tuple>
+#include <utility>
+
+#include "core/model/ranges.hpp"
 
 namespace somas::model {
 
@@ -31,6 +35,50 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
   each_column([&](auto& column) { column[to] = column[from]; });
   for (std::uint32_t c = 0; c < memory.channels(); ++c) memory.row(c)[to] = memory.row(c)[from];
 }
+
+namespace {
+
+/// Of a part: cells that stay where they are in an order, or come before it; and others.
+struct Count {
+  std::uint32_t kept = 0, others = 0;
+};
+constexpr unsigned most_parts = 64;
+
+unsigned parts_of(const Team* team, std::uint32_t count) {
+  return team == nullptr ? 1 : std::min(team->parts(count), most_parts);
+}
+
+/// Calls work(part, begin, end) for so many parts of [0, count), at once.
+template <class Work>
+void share_parts(Team* team, std::uint32_t count, unsigned parts, const Work& work) {
+  if (parts == 1) return work(0u, 0u, count);
+  const auto part_of = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
+    work(part, own.begin, own.end);
+  };
+  team->run(parts, part_of);
+}
+
+/// The cells are sorted by organism and state.
+void list_ranges(CellStore& cells) {
+  cells.ranges.clear();
+  const std::uint32_t count = cells.size();
+  for (std::uint32_t begin = 0; begin < count;) {
+    const std::pair key(cells.organism[begin], cells.state[begin]);
+    std::uint32_t end = begin + 1, beyond = count;  // it ends in between
+    while (end < beyond) {
+      const std::uint32_t middle = end + (beyond - end) / 2;
+      if (std::pair(cells.organism[middle], cells.state[middle]) == key)
+        end = middle + 1;
+      else
+        beyond = middle;
+    }
+    cells.ranges.push_back({key.first, key.second, begin, end});
+    begin = end;
+  }
+}
+
+}  // namespace
 
 template <class T>
 void Reorganiser::gather(T* column, std::vector<std::byte>& scratch) const {
@@ -87,8 +135,11 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
   const std::uint32_t old_count = cells.size();
   const bool ordered = !cells.ranges.empty();
   sort(cells, remove);
+  const auto count = static_cast<std::uint32_t>(source_.size());
   new_index_.assign(old_count, gone);
-  for (std::uint32_t i = 0; i < source_.size(); ++i) new_index_[source_[i]] = i;
+  share(team_, count, [this](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) new_index_[source_[i]] = i;
+  });
   if (ordered)
     follow_order(cells);
   else
@@ -98,16 +149,12 @@ void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
   gather_columns(cells);
   cells.each_column([&](auto& column) { column.resize(source_.size()); });
 
-  cells.ranges.clear();
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (cells.ranges.empty() || cells.ranges.back().organism != cells.organism[i] ||
-        cells.ranges.back().state != cells.state[i])
-      cells.ranges.push_back({cells.organism[i], cells.state[i], i, i});
-    cells.ranges.back().end = i + 1;
-  }
+  list_ranges(cells);
   cells.order.swap(next_order_);
-  cells.rank.resize(cells.size());
-  for (std::uint32_t k = 0; k < cells.size(); ++k) cells.rank[cells.order[k]] = k;
+  cells.rank.resize(count);
+  share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) cells.rank[cells.order[k]] = k;
+  });
 }
 
 void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> remove) {
@@ -115,21 +162,50 @@ void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> rem
     return std::tuple(cells.organism[i], cells.state[i], cells.id[i]);
   };
   const auto before = [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); };
+  const auto stays = [&](std::uint32_t i) { return remove.empty() || remove[i] == 0; };
 
   // Survivors still of their range's state stand in order; the others (newborn, specialized) are
   // few: they are sorted and put between.
-  kept_.clear();
+  const std::uint32_t ranged = cells.ranges.empty() ? 0 : cells.ranges.back().end;
+  const unsigned parts = parts_of(team_, ranged);
+  std::array<Count, most_parts> counts{};
+  share_parts(team_, ranged, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
+    each_range(cells, begin, end, [&](const CellRange& range) {
+      for (std::uint32_t i = range.begin; i < range.end; ++i) {
+        const bool same = cells.state[i] == range.state;
+        counts[part].kept += stays(i) & same ? 1 : 0;
+        counts[part].others += stays(i) & !same ? 1 : 0;
+      }
+    });
+  });
   moved_.clear();
-  std::uint32_t ranged = 0;
-  for (const CellRange& range : cells.ranges) {
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      if (!remove.empty() && remove[i] != 0) continue;
-      (cells.state[i] == range.state ? kept_ : moved_).push_back(i);
-    }
-    ranged = range.end;
+  std::uint32_t kept = 0;
+  for (unsigned part = 0; part < parts; ++part) {
+    const Stretch own = stretch(ranged, part, parts);
+    kept += std::exchange(counts[part].kept, kept);
+    if (counts[part].others == 0) continue;
+    each_range(cells, own.begin, own.end, [&](const CellRange& range) {
+      for (std::uint32_t i = range.begin; i < range.end; ++i)
+        if (stays(i) && cells.state[i] != range.state) moved_.push_back(i);
+    });
   }
   for (std::uint32_t i = ranged; i < cells.size(); ++i)
-    if (remove.empty() || remove[i] == 0) moved_.push_back(i);
+    if (stays(i)) moved_.push_back(i);
+
+  kept_.resize(kept);
+  share_parts(team_, ranged, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
+    std::uint32_t to = counts[part].kept;
+    const std::uint32_t last = part + 1 < parts ? counts[part + 1].kept : kept;
+    each_range(cells, begin, end, [&](const CellRange& range) {
+      for (std::uint32_t i = range.begin; i < range.end && to < last; ++i) {
+        kept_[to] = i;
+        to += stays(i) & (cells.state[i] == range.state) ? 1 : 0;
+      }
+    });
+  });
+
+  only_removals_ = moved_.empty();
+  if (only_removals_) return source_.swap(kept_);
   std::sort(moved_.begin(), moved_.end(), before);
   source_.clear();
   auto from = kept_.begin();
@@ -140,25 +216,48 @@ void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> rem
     from = to;
   }
   source_.insert(source_.end(), from, kept_.end());
-  only_removals_ = moved_.empty();
 }
 
 void Reorganiser::follow_order(const CellStore& cells) {
   // Whoever was there keeps the order; the newborn have the highest ids of their organism.
+  const auto old_count = static_cast<std::uint32_t>(cells.order.size());
   newborn_.clear();
-  for (std::uint32_t i = static_cast<std::uint32_t>(cells.order.size()); i < cells.size(); ++i)
+  for (std::uint32_t i = old_count; i < cells.size(); ++i)
     if (new_index_[i] != gone) newborn_.push_back(i);
   std::sort(newborn_.begin(), newborn_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return std::tuple(cells.organism[a], cells.id[a]) < std::tuple(cells.organism[b], cells.id[b]);
   });
-  next_order_.clear();
-  auto newborn = newborn_.begin();
-  for (const std::uint32_t i : cells.order) {
-    for (; newborn != newborn_.end() && cells.organism[*newborn] < cells.organism[i]; ++newborn)
-      next_order_.push_back(new_index_[*newborn]);
-    if (new_index_[i] != gone) next_order_.push_back(new_index_[i]);
-  }
-  for (; newborn != newborn_.end(); ++newborn) next_order_.push_back(new_index_[*newborn]);
+  next_order_.resize(source_.size());
+  const unsigned parts = parts_of(team_, old_count);
+  std::array<Count, most_parts> counts{};
+  if (parts > 1)
+    share_parts(team_, old_count, parts,
+                [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
+                  for (std::uint32_t k = begin; k < end; ++k)
+                    counts[part].kept += new_index_[cells.order[k]] != gone ? 1 : 0;
+                });
+  std::uint32_t kept = 0;
+  for (unsigned part = 0; part < parts; ++part) kept += std::exchange(counts[part].kept, kept);
+
+  share_parts(team_, old_count, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
+    // The newborn of an organism come before the first cell of a later one.
+    std::size_t newborn = 0;
+    const auto insert = [&](std::uint32_t& to, std::uint32_t below) {
+      for (; newborn < newborn_.size() && cells.organism[newborn_[newborn]] < below; ++newborn)
+        next_order_[to++] = new_index_[newborn_[newborn]];
+    };
+    if (begin > 0)
+      while (newborn < newborn_.size() &&
+             cells.organism[newborn_[newborn]] < cells.organism[cells.order[begin - 1]])
+        ++newborn;
+    std::uint32_t to = counts[part].kept + static_cast<std::uint32_t>(newborn);
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t i = cells.order[k];
+      insert(to, cells.organism[i]);
+      if (new_index_[i] != gone) next_order_[to++] = new_index_[i];
+    }
+    if (part + 1 == parts) insert(to, gone);
+  });
 }
 
 void Reorganiser::sort_order(const CellStore& cells) {

@@ -119,7 +119,10 @@ TEST_F(Backends, TellEvaluatorsOfTheThreadsInEachWorld) {
   std::string words;
   EXPECT_TRUE(eventually([&] {
     words = read_file("/proc/" + std::to_string(*evaluators.begin()) + "/cmdline");
-    return words.ends_with(std::string("\0" "3\0", 3));
+    return words.ends_with(
+        std::string("\0"
+                    "3\0",
+                    3));
   })) << words;
   process.send(SIGTERM);
   EXPECT_EQ(process.wait(), 143) << process.err();
