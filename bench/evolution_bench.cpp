@@ -4,6 +4,7 @@
 
 #include "somas/sdk/rng.hpp"
 
+#include "bench/peak_memory.hpp"
 #include "bench/subject.hpp"
 #include "core/evolution/ranking.hpp"
 #include "core/evolution/reproduction.hpp"
@@ -33,6 +34,7 @@ void assign_random_fitness(evolution::Population& population, std::uint64_t gene
 void reproduction(benchmark::State& state) {
   measure(state, [&] {
     constexpr std::uint64_t drift = 20;
+    forget_peak_memory();
     const evolution::Heredity heredity(*shipped().ecosystem);
     evolution::Settings settings = shipped().evolution;
     settings.population = static_cast<std::uint32_t>(state.range(0));
@@ -55,12 +57,14 @@ void reproduction(benchmark::State& state) {
           sizeof i + i.genome.controller.capacity() + i.genome.tree.capacity() +
           i.parents.capacity() * sizeof(std::uint64_t) + i.trials.capacity() * sizeof(double));
     state.counters["bytes/individual"] = bytes / static_cast<double>(population.size());
+    state.counters["peak_bytes"] = peak_memory();
     state.counters["time/child"] = time_per(state, static_cast<double>(settings.population));
   });
 }
 BENCHMARK(reproduction)
     ->ArgName("population")
     ->Arg(400)
+    ->Arg(100'000)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMicrosecond);
 

@@ -85,9 +85,7 @@ void neighbour_build(benchmark::State& state) {
   measure(state, [&] {
     Body body(cells_of(state));
     const model::CellStore& cells = body.state().cells;
-    std::vector<model::Body> bodies;
-    for (const std::uint32_t i : cells.order)
-      bodies.push_back({cells.x[i], cells.y[i], cells.vx[i], cells.vy[i], cells.radius[i], 1, 0});
+    const std::vector<model::Body> bodies = bodies_of(cells);
     model::NeighbourPairs pairs;
     for (auto _ : state) {
       pairs.build(bodies, 1.2, 0.25);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "bench/peak_memory.hpp"
 #include "bench/subject.hpp"
 #include "core/run/coordinator.hpp"
 #include "core/run/manifest.hpp"
@@ -45,7 +46,8 @@ std::filesystem::path scratch_directory() {
 // whose simulations cost nothing.
 void stored_generation(benchmark::State& state) {
   measure(state, [&] {
-    constexpr int generations = 20;
+    const int generations = state.range(0) > 10'000 ? 3 : 20;
+    forget_peak_memory();
     const experiment::Experiment experiment =
         experiment_1({"world.max_steps=1", "evolution.generations=" + std::to_string(generations),
                       "evolution.population=" + std::to_string(state.range(0))});
@@ -62,12 +64,14 @@ void stored_generation(benchmark::State& state) {
       coordinator.all_generations();
     }
     std::filesystem::remove_all(scratch);
+    state.counters["peak_bytes"] = peak_memory();
     state.counters["time/generation"] = time_per(state, generations);
   });
 }
 BENCHMARK(stored_generation)
     ->ArgName("population")
     ->Arg(400)
+    ->Arg(100'000)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 

@@ -97,6 +97,13 @@ Body::Body(std::uint32_t cells)
   mechanics.list_contacts(state().contacts);
 }
 
+std::vector<model::Body> bodies_of(const model::CellStore& cells) {
+  std::vector<model::Body> bodies;
+  for (const std::uint32_t i : cells.order)
+    bodies.push_back({cells.x[i], cells.y[i], cells.vx[i], cells.vy[i], cells.radius[i], 1, 0});
+  return bodies;
+}
+
 model::FloatMatrix noise(std::uint32_t channels, std::uint32_t lanes) {
   model::FloatMatrix values;
   values.reshape(channels, lanes);

@@ -11,6 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/experiment/experiment.hpp"
+#include "core/model/neighbours.hpp"
 #include "core/model/simulation.hpp"
 #include "core/run/champion.hpp"
 
@@ -42,6 +43,9 @@ class Body {
   model::Phenotype phenotype_;
   std::unique_ptr<model::Simulation> simulation_;
 };
+
+/// What mechanics has of cells, in canonical order; of unit mass and one kind.
+[[nodiscard]] std::vector<model::Body> bodies_of(const model::CellStore& cells);
 
 /// Random values in [0, 1), the same at every call.
 [[nodiscard]] model::FloatMatrix noise(std::uint32_t channels, std::uint32_t lanes);

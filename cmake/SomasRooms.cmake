@@ -86,7 +86,8 @@ endfunction()
 
 # somas_add_bench(NAME [DEPENDS targets...])
 #
-# Google Benchmark executable bench/bench_NAME of the build tree from *_bench.cpp here.
+# Google Benchmark executable bench/bench_NAME of the build tree from *_bench.cpp here; its main is to
+# be added.
 function(somas_add_bench name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DEPENDS")
   file(GLOB sources CONFIGURE_DEPENDS "*_bench.cpp")
@@ -95,7 +96,7 @@ function(somas_add_bench name)
   endif()
   add_executable(bench_${name} ${sources})
   target_link_libraries(bench_${name} PRIVATE
-    somas_flags ${arg_DEPENDS} benchmark::benchmark benchmark::benchmark_main)
+    somas_flags ${arg_DEPENDS} benchmark::benchmark)
   target_include_directories(bench_${name} PRIVATE "${PROJECT_SOURCE_DIR}")
   target_compile_definitions(bench_${name} PRIVATE
     SOMAS_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SOMAS_BINARY_DIR="${PROJECT_BINARY_DIR}")

@@ -89,11 +89,12 @@ constexpr std::uint32_t vector_cells = sizeof(Lanes) / sizeof(float);
 constexpr std::uint32_t tile_cells = 2 * vector_cells;
 
 inline const Lanes& lanes_at(const float& first) { return reinterpret_cast<const Lanes&>(first); }
-inline Lanes clamped(const Lanes& c) {
-  const Lanes zero{}, one = zero + 1.0f;
-  return c < zero ? zero : (c > one ? one : c);
-}
 inline Lanes& lanes_at(float& first) { return reinterpret_cast<Lanes&>(first); }
+// By reference: how a vector so wide is returned differs between instruction sets.
+inline void clamp(const Lanes& c, Lanes& clamped) {
+  const Lanes zero{}, one = zero + 1.0f;
+  clamped = c < zero ? zero : (c > one ? one : c);
+}
 
 // What a tile reads and writes, row by row `stride` apart, from its first cell on.
 struct TileRows {
@@ -127,8 +128,8 @@ inline void step_tile(const float* weights, const float (*sources)[width], std::
       lanes_at(rows.out[k * rows.out_stride]) = low[k];
       lanes_at(rows.out[k * rows.out_stride + vector_cells]) = high[k];
     }
-    lanes_at(rows.memory[k * rows.memory_stride]) = clamped(low[k]);
-    lanes_at(rows.memory[k * rows.memory_stride + vector_cells]) = clamped(high[k]);
+    clamp(low[k], lanes_at(rows.memory[k * rows.memory_stride]));
+    clamp(high[k], lanes_at(rows.memory[k * rows.memory_stride + vector_cells]));
   }
 }
 

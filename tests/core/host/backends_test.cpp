@@ -133,8 +133,6 @@ TEST_F(Backends, TakeOneTo256ThreadsInAWorld) {
     EXPECT_EQ(host({"--world-threads", wrong, "--out", "a"}), 2) << wrong;
     EXPECT_THAT(err_, HasSubstr("is not a whole number from 1 to 256"));
   }
-  EXPECT_EQ(host({"--world-thread", "2", "--out", "a"}), 2);
-  EXPECT_THAT(err_, HasSubstr("--world-threads"));
 }
 
 TEST_F(Backends, GiveTheSameBytesWhenPluginsThrow) {

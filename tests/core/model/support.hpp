@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -165,16 +164,14 @@ class ScriptedProgram final : public Program {
   }
 
  private:
-  /// Storage index of the first lane. A batch that was cut is known by its memory, if that is the
-  /// simulation's.
+  /// Storage index of the first lane; only a script with memory can tell where a batch was cut.
+  /// Memory of another world than the stage's is of a batch that was not.
   [[nodiscard]] std::uint32_t first_of(const Batch& batch, const CellStore& cells) const {
-    if (memory_rows_ > 0) {
-      const auto lane =
-          static_cast<std::uint64_t>((std::bit_cast<std::intptr_t>(batch.memory.data) -
-                                      std::bit_cast<std::intptr_t>(cells.memory.row(0))) /
-                                     static_cast<std::intptr_t>(sizeof(float)));
-      if (lane < cells.size()) return static_cast<std::uint32_t>(lane);
-    }
+    const float* row = cells.memory.row(0);
+    const std::less<const float*> before;
+    if (memory_rows_ > 0 && !before(batch.memory.data, row) &&
+        before(batch.memory.data, row + cells.size()))
+      return static_cast<std::uint32_t>(batch.memory.data - row);
     std::uint32_t first = 0;
     for (std::uint32_t i = cells.size(); i-- > 0;)
       if (cells.organism[i] == batch.organism && cells.state[i] == batch.state) first = i;

@@ -1,0 +1,219 @@
+#include "bench/step_costs.hpp"
+
+#include <array>
+
+namespace somas::bench {
+
+// The counts of operations stand here and nowhere else. They follow the code of each phase: change
+// one with the other. Index arithmetic, branches and shuffles are not counted, nor what is read a
+// second time while it is still in the first cache. A double is 8 bytes, an index 4, a float 4.
+namespace {
+
+/// A running sum that keeps the error of its additions (Sum): an addition, a comparison of absolute
+/// values, two subtractions, two additions.
+constexpr double ledger = 6;
+/// What mechanics has of a cell: Body, a cache line.
+constexpr double body = 64;
+/// An ordered pair of places.
+constexpr double pair_of_indices = 8;
+/// PairConstants of one pair: five doubles.
+constexpr double pair_constants = 40;
+
+/// NutrientField::regenerate: an addition and a minimum; content there and back, capacity.
+Work of_patch() { return {.flops64 = 2, .bytes = 24}; }
+/// NutrientField::sense: patch of (x, y), content / capacity to a float.
+Work sense_nutrients() { return {.flops64 = 2, .divisions64 = 3, .bytes = 16 + 16 + 4}; }
+
+/// sweep_rows, a square: the own value times a factor, two candidates times two factors each; one
+/// maximum along the row, two of the straight and one of the diagonal ones, one of both, one with
+/// the own, one comparison with what is negligible. Read once, written once.
+Work of_square() { return {.flops32 = 5 + 6 + 1, .bytes = 8}; }
+
+/// MorphogenFields::survey, the footprint: place in squares (2 divisions, 6 operations), nine times
+/// 1 / sqrt(dx dx + dy dy) with two differences, their sum and greatest; x and y in, 64 bytes out.
+Work footprint() {
+  return {.flops64 = 6,
+          .flops32 = 9 * 5 + 18,
+          .divisions64 = 2,
+          .divisions32 = 9,
+          .roots32 = 9,
+          .bytes = 16 + 64};
+}
+/// For each kind. Sensing: nine products and sums, one division; nine squares in, an input out.
+/// Depositing: one division, twelve products and maxima (rows of three are handled as four); an
+/// output in, twelve squares there and back.
+Work of_kind() { return {.flops32 = 18 + 24, .divisions32 = 2, .bytes = 9 * 4 + 4 + 4 + 2 * 48}; }
+/// Pressure, energy and ambrosia / capacity as inputs; the footprint again when depositing.
+Work other_inputs() { return {.divisions64 = 1, .bytes = 3 * (8 + 4) + 64}; }
+
+/// One step of the network: a product and a sum for each input or regulator of each target, then
+/// clamping; inputs in, memory there and back, outputs out after they were set to NaN.
+Work network(const Items& n) {
+  const double regulators = n.targets - n.outputs;
+  return {.flops32 = n.targets * (2 * (n.inputs + regulators) + 3),
+          .bytes = 4 * n.inputs + 8 * n.targets + 8 * n.outputs};
+}
+
+/// Decide and advance, a cell: order (twice), action (twice), organism, dead, remaining there and
+/// back.
+Work each_cell_of_the_cycle() { return {.bytes = 8 + 2 + 2 + 1 + 8}; }
+/// A choice among four outputs and the children's: clamped and compared; action, target, remaining.
+Work choice() { return {.flops32 = 5 * 4, .bytes = 5 * 4 + 1 + 2 + 4}; }
+/// radius = r sqrt(1 + done / steps).
+Work growth() { return {.flops64 = 3, .divisions64 = 1, .roots64 = 1, .bytes = 8}; }
+/// Reorganiser::run without its columns: kept, source twice, new_index twice, order there and back,
+/// rank twice, state, organism.
+constexpr double places_bytes = 4 + 8 + 8 + 8 + 8 + 4;
+/// After births and changes of state: columns go to a scratch area and back. Half of the cells
+/// stand behind the first that moves.
+Work storage_after_births(const Items& n) {
+  return {.bytes = 0.5 * 4 * n.column_bytes + places_bytes};
+}
+/// After deaths they move up in place; then the contacts follow.
+Work storage_after_deaths(const Items& n) {
+  return {.bytes = 0.5 * 2 * n.column_bytes + places_bytes + 2 * (4 + 8 * n.touching)};
+}
+/// The distance from the centre; position, order, dead.
+Work bury() { return {.flops64 = 4, .bytes = 16 + 4 + 1}; }
+
+/// take_up: room (2), share (2), demand (2), demand of a square, comparison, scaling (3), room
+/// again (2), content and ambrosia (4), a ledger. Arrays: ambrosia, output, room, demand; position,
+/// square, square_demand; order and square twice more with content and demand; room, content,
+/// ambrosia, organism.
+Work take_up() {
+  return {.flops64 = 2 + 2 + 2 + 3 + 2 + 4 + ledger, .bytes = 28 + 32 + 36 + 28 + 16 + 70};
+}
+/// convert: share (2), product, two differences, minimum, sum, a ledger; output, ambrosia, energy.
+Work convert() { return {.flops64 = 7 + ledger, .bytes = 4 + 16 + 16}; }
+/// diffuse, a cell: room (2), share (2), offer (1 and a division), gift, accepted (2), loss (4), a
+/// ledger. Arrays: offer twice, gift, efficiency, room, ambrosia, output, start; accepted, gain,
+/// room; order, offer, ambrosia there and back, gain, efficiency, organism.
+Work diffuse() { return {.flops64 = 12 + ledger, .divisions64 = 1, .bytes = 60 + 24 + 46}; }
+/// A contact, from either side: a gift added; an offer times what is accepted of it added. Items
+/// and gift, items and accepted.
+Work contact() { return {.flops64 = 3, .bytes = 24}; }
+/// pay: sum, division by the efficiency, minimum, difference, comparison, a ledger; action, energy.
+Work pay() { return {.flops64 = 4 + ledger, .divisions64 = 1, .bytes = 1 + 16}; }
+
+/// NeighbourPairs::build, a cell: speed (3 and a root), margin (3), extent (2), bounds (4), bin (2
+/// divisions); Body, disc there and back, bin twice, item, x, y, extent in bins there and back, two
+/// counters cleared and summed.
+Work bins() {
+  return {.flops64 = 14, .divisions64 = 2, .roots64 = 1, .bytes = body + 64 + 8 + 56 + 32};
+}
+/// collect, a candidate: two differences, their squares and sum, reach and its square, a
+/// comparison. What it reads has just been read for the cell before.
+Work candidate() { return {.flops64 = 8}; }
+/// A pair that is found: written, read for counting, sorted by the second and by the first (each
+/// time read and written), counters of both; then its constants (3 operations) from radii and
+/// springs.
+Work found_pair() {
+  return {.flops64 = 3, .bytes = 2 * pair_of_indices + 4 * pair_of_indices + 16 + pair_constants};
+}
+
+/// compute_forces, a pair: differences of places and speeds (4), square of the distance (3), root,
+/// inverse, direction (2), overlap and collision (3), pull (3), approach (3), total (3 and a
+/// comparison, a selection), along x and y (2); summed for both cells (4). Indices, constants, the
+/// force out; index of the second and the force in.
+Work pair_force() {
+  return {.flops64 = 4 + 3 + 2 + 3 + 3 + 3 + 5 + 2 + 4,
+          .divisions64 = 1,
+          .roots64 = 1,
+          .bytes = pair_of_indices + pair_constants + 16 + 4 + 16};
+}
+/// A cell in a substep: drag (4), semi-implicit Euler (10), whether pairs are stale (9). Body for
+/// the pairs, for drag, there and back for Euler, for staleness; external force, force out, there
+/// and back, in; disc.
+Work cell_substep() { return {.flops64 = 4 + 10 + 9, .bytes = 5 * body + 16 + 16 + 32 + 16 + 32}; }
+
+/// compute_stresses, a pair: as a force up to the collision (12), four products (5), comparisons
+/// (2); summed for both cells (8). Indices, constants, stress out; index of the second and the
+/// stress in. Constants are listed once a step (3): indices in, constants out.
+Work pair_stress() {
+  return {
+      .flops64 = 4 + 3 + 2 + 3 + 5 + 2 + 8 + 3,
+      .divisions64 = 1,
+      .roots64 = 1,
+      .bytes = pair_of_indices + pair_constants + 32 + 4 + 32 + pair_of_indices + pair_constants};
+}
+/// A pair in contact is listed, counted and placed on both sides.
+Work touching_pair() { return {.bytes = pair_of_indices + 2 * pair_of_indices + 16 + 8}; }
+/// A cell comes to mechanics and goes back: x, y, vx, vy, radius, rank, Body out, Body in, x, y,
+/// vx, vy, order; sums there and back twice; pressure (1 and a division) and stress out; contacts'
+/// start.
+Work to_and_fro() {
+  return {.flops64 = 1,
+          .divisions64 = 2,
+          .bytes = 40 + 4 + body + body + 32 + 4 + 4 * 32 + 32 + 4 + 12};
+}
+
+/// ParticleAggression::fly, a particle: end of its path (2), against the bounds of all cells (8),
+/// new place (2), beyond and outwards (8). x, y, vx, vy, energy in; x and y out; vx, vy, energy
+/// move up.
+Work particle() { return {.flops64 = 2 + 8 + 2 + 8, .bytes = 40 + 16 + 24}; }
+/// HitFinder::prepare, a cell: bounds (5), bin (2 divisions); x, y, radius twice, bin, index, disc.
+Work cell_into_bins() { return {.flops64 = 7, .divisions64 = 2, .bytes = 48 + 16 + 28}; }
+
+}  // namespace
+
+Work& Work::operator+=(const Work& other) {
+  flops64 += other.flops64, flops32 += other.flops32;
+  divisions64 += other.divisions64, divisions32 += other.divisions32;
+  roots64 += other.roots64, roots32 += other.roots32;
+  bytes += other.bytes;
+  return *this;
+}
+
+Work operator*(double times, Work work) {
+  return {times * work.flops64,     times * work.flops32, times * work.divisions64,
+          times * work.divisions32, times * work.roots64, times * work.roots32,
+          times * work.bytes};
+}
+
+Work operator+(Work a, const Work& b) { return a += b; }
+
+const char* name_of(Part part) {
+  static constexpr std::array<const char*, parts> names{"nutrients",
+                                                        "morphogens, sweep",
+                                                        "morphogens, sense and deposit",
+                                                        "control",
+                                                        "decide, cycle, births in the storage",
+                                                        "uptake, conversion, diffusion, cost",
+                                                        "finding pairs",
+                                                        "mechanics, substeps",
+                                                        "contacts, pressure and stress",
+                                                        "particles",
+                                                        "deaths in the storage"};
+  return names[static_cast<std::size_t>(part)];
+}
+
+Work work_of(Part part, const Items& n) {
+  switch (part) {
+    case Part::nutrients:
+      return n.patches * of_patch() + sense_nutrients();
+    case Part::sweep:
+      return n.squares * of_square();
+    case Part::sense_deposit:
+      return footprint() + n.kinds * of_kind() + other_inputs();
+    case Part::control:
+      return network(n);
+    case Part::cycle:
+      return each_cell_of_the_cycle() + n.deciding * choice() + n.dividing * growth() +
+             n.births_storage * storage_after_births(n);
+    case Part::metabolism:
+      return take_up() + convert() + diffuse() + (2 * n.touching) * contact() + pay();
+    case Part::find_pairs:
+      return n.builds * (bins() + n.candidates * candidate() + n.pairs * found_pair());
+    case Part::substeps:
+      return n.substeps * (n.pairs * pair_force() + cell_substep());
+    case Part::contacts:
+      return n.pairs * pair_stress() + n.touching * touching_pair() + to_and_fro();
+    case Part::particles:
+      return n.particles * particle() + cell_into_bins();
+    case Part::deaths:
+      return bury() + n.deaths_storage * storage_after_deaths(n);
+  }
+  return {};
+}
+
+}  // namespace somas::bench
