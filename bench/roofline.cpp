@@ -169,6 +169,7 @@ class Counter {
     model::Mechanics one = all;
     one.substeps = 1;
     solver_.run(all, world_, {});
+    solver_.list_contacts(world_.contacts);
     double least_all = 1e300, least_one = 1e300;
     for (int turn = 0; turn < 3; ++turn) {
       least_all = std::min(least_all, time_of(all, here));
@@ -185,6 +186,7 @@ class Counter {
     world_.cells.vx = here.cells.vx, world_.cells.vy = here.cells.vy;
     const Clock::time_point begin = Clock::now();
     solver_.run(constants, world_, {});
+    solver_.list_contacts(world_.contacts);
     return nanoseconds_since(begin);
   }
 

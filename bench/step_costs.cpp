@@ -16,7 +16,7 @@ constexpr double ledger = 6;
 constexpr double body = 64;
 /// An ordered pair of places.
 constexpr double pair_of_indices = 8;
-/// PairConstants of one pair: five doubles.
+/// The sum of radii and the spring of a pair of different kinds: five doubles.
 constexpr double pair_constants = 40;
 
 /// NutrientField::regenerate: an addition and a minimum; content there and back, capacity.
@@ -76,62 +76,66 @@ Work storage_after_deaths(const Items& n) {
 /// The distance from the centre; position, order, dead.
 Work bury() { return {.flops64 = 4, .bytes = 16 + 4 + 1}; }
 
-/// take_up: room (2), share (2), demand (2), demand of a square, comparison, scaling (3), room
-/// again (2), content and ambrosia (4), a ledger. Arrays: ambrosia, output, room, demand; position,
-/// square, square_demand; order and square twice more with content and demand; room, content,
-/// ambrosia, organism.
-Work take_up() {
-  return {.flops64 = 2 + 2 + 2 + 3 + 2 + 4 + ledger, .bytes = 28 + 32 + 36 + 28 + 16 + 70};
-}
-/// convert: share (2), product, two differences, minimum, sum, a ledger; output, ambrosia, energy.
-Work convert() { return {.flops64 = 7 + ledger, .bytes = 4 + 16 + 16}; }
-/// diffuse, a cell: room (2), share (2), offer (1 and a division), gift, accepted (2), loss (4), a
-/// ledger. Arrays: offer twice, gift, efficiency, room, ambrosia, output, start; accepted, gain,
-/// room; order, offer, ambrosia there and back, gain, efficiency, organism.
-Work diffuse() { return {.flops64 = 12 + ledger, .divisions64 = 1, .bytes = 60 + 24 + 46}; }
+/// ask: room (2), share (2), wish and demand (2), the square (2 and 2 divisions); ambrosia, room
+/// there and back, output, position, rank, demand, square.
+Work ask() { return {.flops64 = 8, .divisions64 = 2, .bytes = 8 + 16 + 4 + 16 + 4 + 8 + 4}; }
+/// sum_demands: demand, square, demand of the square there and back.
+Work sum_demand() { return {.flops64 = 1, .bytes = 8 + 4 + 16}; }
+/// take_up: two comparisons with the content and the demand of the square, yield, part (1), taken
+/// (2); rank, square, demand there and back, both of the square, room, ambrosia there and back.
+Work take_up() { return {.flops64 = 6, .bytes = 4 + 4 + 16 + 16 + 8 + 16}; }
+/// convert: share (2), product, two differences, minimum, sum; output, ambrosia, energy, burnt.
+Work convert() { return {.flops64 = 7, .bytes = 4 + 16 + 16 + 8}; }
+/// offer, accept and diffuse, a cell: share (2), offer (1 and a division), gift; room (2), what is
+/// taken (2); what is lost and left (5). Output, ambrosia, start, offer, gift; ambrosia, start,
+/// accepted, gain; offer, start, ambrosia there and back, gain, lost.
+Work diffuse() { return {.flops64 = 4 + 4 + 5, .divisions64 = 1, .bytes = 36 + 32 + 48}; }
 /// A contact, from either side: a gift added; an offer times what is accepted of it added. Items
 /// and gift, items and accepted.
 Work contact() { return {.flops64 = 3, .bytes = 24}; }
-/// pay: sum, division by the efficiency, minimum, difference, comparison, a ledger; action, energy.
-Work pay() { return {.flops64 = 4 + ledger, .divisions64 = 1, .bytes = 1 + 16}; }
+/// pay: sum, division by the efficiency, minimum, difference, comparison; action, energy, spent.
+Work pay() { return {.flops64 = 4, .divisions64 = 1, .bytes = 1 + 16 + 8}; }
+/// keep_books and empty_squares: taken, burnt, spent and lost in canonical order; content there and
+/// back, its square and what is taken, the square's demand cleared.
+Work books() { return {.flops64 = 4 * ledger + 2, .bytes = 4 * 8 + 4 + 2 + 16 + 4 + 8 + 8}; }
 
-/// NeighbourPairs::build, a cell: speed (3 and a root), margin (3), extent (2), bounds (4), bin (2
-/// divisions); Body, disc there and back, bin twice, item, x, y, extent in bins there and back, two
-/// counters cleared and summed.
+/// NeighbourPairs::build and DiscBins::sort, a cell: speed (3 and a root), margin (4), bounds (4),
+/// reach (2), bin (2 divisions); Body, disc out and twice in, the square of the margin, bin there
+/// and back, item, x, y and reach as floats there and back, two counters cleared and summed.
 Work bins() {
-  return {.flops64 = 14, .divisions64 = 2, .roots64 = 1, .bytes = body + 64 + 8 + 56 + 32};
+  return {.flops64 = 13, .divisions64 = 2, .roots64 = 1, .bytes = body + 96 + 8 + 8 + 32 + 32};
 }
 /// collect, a candidate: two differences, their squares and sum, reach and its square, a
 /// comparison. What it reads has just been read for the cell before.
-Work candidate() { return {.flops64 = 8}; }
-/// A pair that is found: written, read for counting, sorted by the second and by the first (each
-/// time read and written), counters of both; then its constants (3 operations) from radii and
-/// springs.
+Work candidate() { return {.flops32 = 8}; }
+/// A pair that is found: out; in for counting, two counters; sorted by the second and by the first,
+/// each time in and out with a counter. Then its radii and springs are listed (1 operation).
 Work found_pair() {
-  return {.flops64 = 3, .bytes = 2 * pair_of_indices + 4 * pair_of_indices + 16 + pair_constants};
+  return {.flops64 = 1,
+          .bytes = 2 * pair_of_indices + 16 + 4 * pair_of_indices + 16 + pair_of_indices +
+                   pair_constants};
 }
 
 /// compute_forces, a pair: differences of places and speeds (4), square of the distance (3), root,
-/// inverse, direction (2), overlap and collision (3), pull (3), approach (3), total (3 and a
-/// comparison, a selection), along x and y (2); summed for both cells (4). Indices, constants, the
-/// force out; index of the second and the force in.
+/// inverse, direction (2), reach (2), overlap and collision (3), pull (3), approach (3), total (3
+/// and a comparison, a selection), along x and y (2); summed for both cells (4). Indices,
+/// constants, the force out; both indices and the force in.
 Work pair_force() {
-  return {.flops64 = 4 + 3 + 2 + 3 + 3 + 3 + 5 + 2 + 4,
+  return {.flops64 = 4 + 3 + 2 + 2 + 3 + 3 + 3 + 5 + 2 + 4,
           .divisions64 = 1,
           .roots64 = 1,
-          .bytes = pair_of_indices + pair_constants + 16 + 4 + 16};
+          .bytes = pair_of_indices + pair_constants + 16 + pair_of_indices + 16};
 }
-/// A cell in a substep: drag (4), semi-implicit Euler (10), whether pairs are stale (9). Body for
-/// the pairs, for drag, there and back for Euler, for staleness; external force, force out, there
-/// and back, in; disc.
-Work cell_substep() { return {.flops64 = 4 + 10 + 9, .bytes = 5 * body + 16 + 16 + 32 + 16 + 32}; }
+/// A cell in a substep: drag (4), semi-implicit Euler (10), whether it has drifted (6). Body for
+/// the pairs, for drag, there and back to move; force out, there and back, in; disc and margin.
+Work cell_substep() { return {.flops64 = 4 + 10 + 6, .bytes = 4 * body + 16 + 32 + 16 + 40}; }
 
-/// compute_stresses, a pair: as a force up to the collision (12), four products (5), comparisons
+/// compute_stresses, a pair: as a force up to the collision (14), four products (5), comparisons
 /// (2); summed for both cells (8). Indices, constants, stress out; index of the second and the
-/// stress in. Constants are listed once a step (3): indices in, constants out.
+/// stress in. Constants are listed once a step (1): indices in, constants out.
 Work pair_stress() {
   return {
-      .flops64 = 4 + 3 + 2 + 3 + 5 + 2 + 8 + 3,
+      .flops64 = 4 + 3 + 2 + 2 + 3 + 5 + 2 + 8 + 1,
       .divisions64 = 1,
       .roots64 = 1,
       .bytes = pair_of_indices + pair_constants + 32 + 4 + 32 + pair_of_indices + pair_constants};
@@ -147,12 +151,13 @@ Work to_and_fro() {
           .bytes = 40 + 4 + body + body + 32 + 4 + 4 * 32 + 32 + 4 + 12};
 }
 
-/// ParticleAggression::fly, a particle: end of its path (2), against the bounds of all cells (8),
-/// new place (2), beyond and outwards (8). x, y, vx, vy, energy in; x and y out; vx, vy, energy
-/// move up.
-Work particle() { return {.flops64 = 2 + 8 + 2 + 8, .bytes = 40 + 16 + 24}; }
-/// HitFinder::prepare, a cell: bounds (5), bin (2 divisions); x, y, radius twice, bin, index, disc.
-Work cell_into_bins() { return {.flops64 = 7, .divisions64 = 2, .bytes = 48 + 16 + 28}; }
+/// ParticleAggression::advance, a particle: its next place (2), bounds of its path (4) against
+/// those of all cells (4), beyond and outwards (8). x, y, vx, vy, energy in; x and y out; vx, vy,
+/// energy move up.
+Work particle() { return {.flops64 = 2 + 4 + 4 + 8, .bytes = 40 + 16 + 24}; }
+/// HitFinder::prepare, a cell: bounds (5), bin (2 divisions), a disc of floats (5); x, y, radius
+/// twice, bin there and back, index, disc there and back.
+Work cell_into_bins() { return {.flops64 = 10, .divisions64 = 2, .bytes = 48 + 8 + 4 + 32}; }
 
 }  // namespace
 
@@ -201,7 +206,8 @@ Work work_of(Part part, const Items& n) {
       return each_cell_of_the_cycle() + n.deciding * choice() + n.dividing * growth() +
              n.births_storage * storage_after_births(n);
     case Part::metabolism:
-      return take_up() + convert() + diffuse() + (2 * n.touching) * contact() + pay();
+      return ask() + sum_demand() + take_up() + convert() + diffuse() +
+             (2 * n.touching) * contact() + pay() + books();
     case Part::find_pairs:
       return n.builds * (bins() + n.candidates * candidate() + n.pairs * found_pair());
     case Part::substeps:
