@@ -261,14 +261,16 @@ void MechanicsSolver::sum_forces(double drag) {
     force_[k] = (external_.empty() ? Two{} : external_[k]) - drag * velocity;
   }
   // What the first does to the second is exactly the opposite.
-  const std::uint32_t* first = pairs_.first().data();
   const std::uint32_t* second = pairs_.second().data();
   const Two* between = pair_force_.data();
   Two* force = force_.data();
-  const std::size_t pairs = pairs_.first().size();
-  for (std::size_t p = 0; p < pairs; ++p) {
-    force[first[p]] += between[p];
-    force[second[p]] -= between[p];
+  for (std::uint32_t k = 0; k < count; ++k) {
+    Two own = force[k];
+    for (std::uint32_t p = pairs_.start(k), end = pairs_.start(k + 1); p < end; ++p) {
+      own += between[p];
+      force[second[p]] -= between[p];
+    }
+    force[k] = own;
   }
 }
 
