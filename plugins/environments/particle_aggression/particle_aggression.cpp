@@ -210,7 +210,8 @@ std::size_t ParticleAggression::settle(World& world, const Particles& p, std::si
     const std::size_t to = leaving[n];
     std::copy_n(block.x.begin() + from, to - from, p.x.begin() + kept);
     std::copy_n(block.y.begin() + from, to - from, p.y.begin() + kept);
-    for (const std::span<double> column : {p.vx, p.vy, p.energy})
+    // The energy is everybody's: that column may stay.
+    for (const std::span<double> column : {p.vx, p.vy})
       if (kept != begin + from)
         std::copy_n(column.begin() + begin + from, to - from, column.begin() + kept);
     kept += to - from;
