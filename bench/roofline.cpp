@@ -171,7 +171,7 @@ class Counter {
     solver_.run(all, world_, {});
     solver_.list_contacts(world_.contacts);
     double least_all = 1e300, least_one = 1e300;
-    for (int turn = 0; turn < 3; ++turn) {
+    for (int turn = 0; turn < 7; ++turn) {
       least_all = std::min(least_all, time_of(all, here));
       least_one = std::min(least_one, time_of(one, here));
     }
