@@ -316,14 +316,13 @@ void MorphogenFields::deposit(std::size_t kind, std::span<const Footprint> print
 }
 
 void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule,
-                              Stripes stripes, std::uint32_t set) {
+                              unsigned rows) {
   if (at.sum == 0 || !(amount > 0)) return;
   const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
   // The square behind a row may stand in a row of somebody else.
   float* block = now_[kind].data() + corner(at);
   for (std::size_t r = 0; r < 3; ++r)
-    if (stripes.set_of(at.row - 1 + static_cast<std::int32_t>(r)) == set)
-      raise<3>(block + r * stride_, &at.weight[4 * r], unit);
+    if ((rows >> r & 1) != 0) raise<3>(block + r * stride_, &at.weight[4 * r], unit);
 }
 
 void MorphogenFields::cover(std::size_t kind, const Middles& middles) {

@@ -53,8 +53,20 @@ class MorphogenFields {
     std::uint32_t sets = 1;
 
     /// Of a row; one off the grid has one, too.
-    [[nodiscard]] std::uint32_t set_of(std::int32_t row) const {
-      return (static_cast<std::uint32_t>(row + 2) / rows) % sets;
+    [[nodiscard]] std::uint32_t set_of(std::int32_t row) const { return stripe_of(row) % sets; }
+    /// The rows of a block that are a set's, bit r for the r-th from below.
+    [[nodiscard]] unsigned rows_of(std::uint32_t set, const Footprint& at) const {
+      const std::uint32_t lower = stripe_of(at.row - 1), upper = stripe_of(at.row + 1);
+      const unsigned in_lower = lower % sets == set ? 7 : 0;
+      if (lower == upper) return in_lower;
+      const unsigned in_upper = upper % sets == set ? 7 : 0;
+      const unsigned below = stripe_of(at.row) == lower ? 3 : 1;
+      return (in_lower & below) | (in_upper & ~below);
+    }
+
+   private:
+    [[nodiscard]] static std::uint32_t stripe_of(std::int32_t row) {
+      return static_cast<std::uint32_t>(row + 2) / rows;
     }
   };
 
@@ -87,10 +99,9 @@ class MorphogenFields {
   /// The same of many points: amounts[i] at prints[i], both as long.
   void deposit(std::size_t kind, std::span<const Footprint> prints, std::span<const float> amounts,
                Deposit rule);
-  /// The same in parts, which may run at once: of the rows in a set's stripes alone. `cover` has to
-  /// be told in the end of all that gave something.
-  void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule, Stripes stripes,
-               std::uint32_t set);
+  /// The same in parts, which may run at once: of some rows of the block alone, bit r for the r-th
+  /// from below. `cover` has to be told in the end of all that gave something.
+  void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule, unsigned rows);
   /// The blocks round these squares may hold something from now on.
   void cover(std::size_t kind, const Middles& middles);
 

@@ -332,14 +332,16 @@ void Simulation::sort_into_stripes(const CellRange& range, unsigned part, unsign
 void Simulation::deposit_stripes(unsigned set, unsigned sets) {
   const CellStore& cells = state_.cells;
   const Deposit rule = ecosystem_.config().morphogens.deposit;
+  const MorphogenFields::Stripes stripes{sets};
   for (unsigned part = 0; part < sets; ++part) {
     for (const std::uint32_t i : deposits_[part].cells[set]) {
       OrganismState& organism = state_.organisms[cells.organism[i]];
       const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
+      const unsigned rows = stripes.rows_of(set, footprints_[i]);
       for (std::size_t kind = 0; kind < channels.size(); ++kind)
         organism.fields.deposit(kind, footprints_[i],
                                 static_cast<float>(share(outputs_.row(channels[kind])[i])), rule,
-                                MorphogenFields::Stripes{sets}, set);
+                                rows);
     }
   }
 }
