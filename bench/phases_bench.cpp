@@ -254,9 +254,10 @@ void first_hits(benchmark::State& state) {
     }
     std::vector<std::int32_t> hits(paths.size());
     const model::DiscBins bins = bins_of(cells);
+    const std::vector<model::Body> bodies = bodies_of(cells);
     model::HitFinder finder;
     for (auto _ : state) {
-      finder.prepare(cells, bins);
+      finder.prepare(bodies, bins);
       finder.first(paths, hits);
       benchmark::DoNotOptimize(hits.data());
       benchmark::ClobberMemory();

@@ -66,12 +66,12 @@ void DiscBins::lay_out(const Bounds& bounds, std::size_t count, double range) {
   coarse_ = rounding * std::max(width, height) > coarse_error;
 }
 
-inline std::uint32_t DiscBins::bin_of(const Disc& disc, double bins_per_length) const {
+inline std::uint32_t DiscBins::bin_of(const Disc& disc, double per_length_) const {
   const bool somewhere = is_somewhere(disc);
   const double x = somewhere ? disc.x - left_ : 0.0;
   const double y = somewhere ? disc.y - bottom_ : 0.0;
-  const auto column = static_cast<std::int32_t>(x * bins_per_length);
-  const auto row = static_cast<std::int32_t>(y * bins_per_length);
+  const auto column = static_cast<std::int32_t>(x * per_length_);
+  const auto row = static_cast<std::int32_t>(y * per_length_);
   return static_cast<std::uint32_t>(row) * columns_ + static_cast<std::uint32_t>(column);
 }
 
@@ -88,7 +88,7 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
   const std::size_t count = discs.size();
   const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
   lay_out(bounds_of(discs, parts), count, range);
-  const double bins_per_length = 1.0 / side_;
+  per_length_ = 1.0 / side_;
   const double error = rounding * side_ * (columns_ + rows_);
   bin_of_.resize(count);
   items_.resize(count + 8);
@@ -97,7 +97,7 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
   // A counting sort. Counts stand two places on, so that places taken one on leave the starts.
   start_.assign(static_cast<std::size_t>(columns_) * rows_ + 2, 0);
   for (std::size_t i = 0; i < count; ++i) {
-    bin_of_[i] = bin_of(discs[i], bins_per_length);
+    bin_of_[i] = bin_of(discs[i], per_length_);
     ++start_[bin_of_[i] + 2];
   }
   for (std::size_t b = 2; b < start_.size(); ++b) start_[b] += start_[b - 1];
@@ -108,13 +108,13 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
 void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double error,
                              unsigned parts) {
   const auto count = static_cast<std::uint32_t>(discs.size());
-  const double bins_per_length = 1.0 / side_;
+  per_length_ = 1.0 / side_;
   counts_.reset(parts, columns_ * rows_);
   const auto count_bins = [&](unsigned part) {
     const Stretch own = stretch(count, part, parts);
     std::uint32_t* counts = counts_.begin(part);
     for (std::uint32_t i = own.begin; i < own.end; ++i) {
-      bin_of_[i] = bin_of(discs[i], bins_per_length);
+      bin_of_[i] = bin_of(discs[i], per_length_);
       ++counts[bin_of_[i]];
     }
   };

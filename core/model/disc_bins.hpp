@@ -31,6 +31,8 @@ class DiscBins {
   [[nodiscard]] double left() const { return left_; }
   [[nodiscard]] double bottom() const { return bottom_; }
   [[nodiscard]] double side() const { return side_; }
+  /// 1 / side: a place (x, y) from the lower left corner is in column x * per_length().
+  [[nodiscard]] double per_length() const { return per_length_; }
   [[nodiscard]] std::uint32_t columns() const { return columns_; }
   [[nodiscard]] std::uint32_t rows() const { return rows_; }
   /// How far any disc reaches from its centre.
@@ -62,7 +64,7 @@ class DiscBins {
   void put(std::uint32_t item, const Disc& disc, double range, double error, std::uint32_t at);
   void sort_in_parts(std::span<const Disc> discs, double range, double error, unsigned parts);
 
-  double left_ = 0, bottom_ = 0, side_ = 1, widest_ = 0;
+  double left_ = 0, bottom_ = 0, side_ = 1, per_length_ = 1, widest_ = 0;
   std::uint32_t columns_ = 0, rows_ = 0;
   bool coarse_ = false;
   std::vector<std::uint32_t> bin_of_, start_, items_;

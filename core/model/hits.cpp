@@ -9,6 +9,12 @@
 
 namespace somas::model {
 
+namespace {
+
+constexpr std::uint32_t nobody = 0xFFFFFFFFu;
+
+}  // namespace
+
 double meeting(const Segment& s, double x, double y, double radius) {
   const double fx = s.x0 - x, fy = s.y0 - y;
   const double outside = fx * fx + fy * fy - radius * radius;
@@ -23,27 +29,27 @@ double meeting(const Segment& s, double x, double y, double radius) {
   return t <= 1 ? t : -1;
 }
 
-void HitFinder::prepare(const CellStore& cells, const DiscBins& bins) {
-  cells_ = &cells;
+void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins) {
+  bodies_ = bodies;
   bins_ = &bins;
   mark_inhabited();
 }
 
 void HitFinder::mark_inhabited() {
-  // A bin counts when it or one of the eight round it holds a cell: first along rows, with a bin on
-  // either side that is not there, then along columns.
+  // A bin counts when it or one of the eight round it holds a cell. There is one bin more on every
+  // side, so that what starts in it needs no other question.
   const std::size_t columns = bins_->columns(), rows = bins_->rows();
-  const std::size_t bins = columns * rows;
-  inhabited_.assign(columns + 2, 0);
-  around_.assign(bins, 0);
+  const std::size_t stride = columns + 2;
+  around_.assign(stride * (rows + 2), 0);
+  inhabited_.assign(columns + 4, 0);
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c)
-      inhabited_[c + 1] =
+      inhabited_[c + 2] =
           bins_->start(r * columns + c) != bins_->start(r * columns + c + 1) ? 1 : 0;
     const std::uint8_t* here = inhabited_.data();
-    for (std::size_t near = r > 0 ? r - 1 : 0; near < std::min(r + 2, rows); ++near)
-      for (std::size_t c = 0; c < columns; ++c)
-        around_[near * columns + c] |= here[c] | here[c + 1] | here[c + 2];
+    for (std::size_t near = r; near < r + 3; ++near)
+      for (std::size_t c = 0; c < stride; ++c)
+        around_[near * stride + c] |= here[c] | here[c + 1] | here[c + 2];
   }
 }
 
@@ -54,13 +60,11 @@ void HitFinder::first(std::span<const Segment> segments, std::span<std::int32_t>
 /// Of a path no longer than a bin's side: only cells of the bins round its start can be met.
 bool HitFinder::far_from_all(const Segment& s, double length) const {
   if (!(length + bins_->widest() < 0.999 * bins_->side())) return false;
-  const double column = std::floor((s.x0 - bins_->left()) / bins_->side());
-  const double row = std::floor((s.y0 - bins_->bottom()) / bins_->side());
-  const auto columns = static_cast<double>(bins_->columns());
-  const auto rows = static_cast<double>(bins_->rows());
-  if (!(column >= -1 && column <= columns && row >= -1 && row <= rows)) return true;
-  const double c = std::clamp(column, 0.0, columns - 1), r = std::clamp(row, 0.0, rows - 1);
-  return around_[static_cast<std::size_t>(r * columns + c)] == 0;
+  const double column = (s.x0 - bins_->left()) * bins_->per_length() + 1;
+  const double row = (s.y0 - bins_->bottom()) * bins_->per_length() + 1;
+  const std::uint32_t columns = bins_->columns() + 2, rows = bins_->rows() + 2;
+  if (!((column >= 0) & (column < columns) & (row >= 0) & (row < rows))) return true;
+  return around_[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] == 0;
 }
 
 std::int32_t HitFinder::first(const Segment& s) const {
@@ -72,7 +76,7 @@ std::int32_t HitFinder::first(const Segment& s) const {
   if (!(length >= 0) || far_from_all(s, length)) return -1;
   // Only discs whose centre lies within the widest reach of the path's bounds can be met.
   const auto bin = [this](double v, std::uint32_t bins) {
-    return static_cast<std::size_t>(std::clamp(v / bins_->side(), 0.0, double(bins - 1)));
+    return static_cast<std::size_t>(std::clamp(v * bins_->per_length(), 0.0, double(bins - 1)));
   };
   const double widest = bins_->widest();
   const std::size_t c0 = bin(x_low - widest, bins_->columns());
@@ -82,7 +86,7 @@ std::int32_t HitFinder::first(const Segment& s) const {
   const auto x = static_cast<float>(s.x0 - bins_->left());
   const auto y = static_cast<float>(s.y0 - bins_->bottom());
   const auto way = static_cast<float>(length * (1 + 4 * DiscBins::rounding));
-  std::uint32_t best = gone;  // a place in canonical order
+  std::uint32_t best = nobody;
   double best_distance = 2;
   for (std::size_t r = r0; r <= r1; ++r) {
     const std::uint32_t begin = bins_->start(r * bins_->columns() + c0);
@@ -101,15 +105,15 @@ std::int32_t HitFinder::first(const Segment& s) const {
       for (std::uint32_t set = bits_of(near); set != 0; set &= set - 1) {
         const std::uint32_t place =
             bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
-        const std::uint32_t i = cells_->order[place];
-        const double t = meeting(s, cells_->x[i], cells_->y[i], cells_->radius[i]);
+        const Body& body = bodies_[place];
+        const double t = meeting(s, body.x, body.y, body.radius);
         if (t < 0 || t > best_distance || (t == best_distance && place > best)) continue;
         best = place;
         best_distance = t;
       }
     }
   }
-  return best == gone ? -1 : static_cast<std::int32_t>(cells_->order[best]);
+  return best == nobody ? -1 : static_cast<std::int32_t>(best);
 }
 
 }  // namespace somas::model

@@ -7,8 +7,8 @@
 
 #include "somas/sdk/world.hpp"
 
-#include "core/model/cells.hpp"
 #include "core/model/disc_bins.hpp"
+#include "core/model/neighbours.hpp"
 
 namespace somas::model {
 
@@ -19,10 +19,11 @@ namespace somas::model {
 /// Finds first hits among cells that are sorted into bins.
 class HitFinder {
  public:
-  /// Call after cells moved. The items of `bins` are places in the canonical order of `cells`; each
-  /// cell's disc lies within reach of its place there. Both are used until the next call.
-  void prepare(const CellStore& cells, const DiscBins& bins);
-  /// Index of the first cell met (equal distances: canonical order), or -1.
+  /// Call after cells moved. `bodies` are where they are now, in canonical order, and the items of
+  /// `bins` are places in that order; each body's disc lies within reach of its place there. Both
+  /// are used until the next call.
+  void prepare(std::span<const Body> bodies, const DiscBins& bins);
+  /// Place in canonical order of the first cell met (equal distances: the lowest), or -1.
   [[nodiscard]] std::int32_t first(const Segment& segment) const;
   /// The same for many: hits[i] is for segments[i].
   void first(std::span<const Segment> segments, std::span<std::int32_t> hits) const;
@@ -31,9 +32,9 @@ class HitFinder {
   void mark_inhabited();
   [[nodiscard]] bool far_from_all(const Segment& segment, double length) const;
 
-  const CellStore* cells_ = nullptr;
+  std::span<const Body> bodies_;
   const DiscBins* bins_ = nullptr;
-  std::vector<std::uint8_t> inhabited_, around_;  ///< bins of a row with cells; all near cells
+  std::vector<std::uint8_t> inhabited_, around_;  ///< bins of a row with cells; all near them
 };
 
 }  // namespace somas::model

@@ -41,6 +41,8 @@ class MechanicsSolver {
   /// were.
   void list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index = {});
 
+  /// The cells as the last `run` left them, in canonical order.
+  [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
   /// The cells, in canonical order, where the last `run` left them or within their margins of it.
   [[nodiscard]] const DiscBins& bins() const { return pairs_.bins(); }
 

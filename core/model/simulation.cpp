@@ -15,7 +15,7 @@ namespace somas::model {
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const RosterEntry> roster,
                        std::uint64_t seed)
     : ecosystem_(ecosystem),
-      view_(ecosystem, state_, inputs_, mechanics_.bins()),
+      view_(ecosystem, state_, inputs_, mechanics_),
       mechanics_(ecosystem.config().strangers) {
   state_.seed = seed;
   found(roster);

@@ -449,7 +449,7 @@ std::vector<std::byte> save(const Simulation& simulation) {
 Simulation::Simulation(const Ecosystem& ecosystem, std::span<const Phenotype* const> phenotypes,
                        std::span<const std::byte> snapshot)
     : ecosystem_(ecosystem),
-      view_(ecosystem, state_, inputs_, mechanics_.bins()),
+      view_(ecosystem, state_, inputs_, mechanics_),
       mechanics_(ecosystem.config().strangers) {
   if (phenotypes.empty()) throw std::invalid_argument("a roster needs an organism");
   Reader in(opened(snapshot));

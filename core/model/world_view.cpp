@@ -31,8 +31,8 @@ const char* text_of(double value) {
 }  // namespace
 
 WorldView::WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
-                     const DiscBins& bins)
-    : ecosystem_(ecosystem), state_(state), inputs_(inputs), bins_(bins) {
+                     const MechanicsSolver& mechanics)
+    : ecosystem_(ecosystem), state_(state), inputs_(inputs), mechanics_(mechanics) {
   for (const auto& purpose : ecosystem.schema().purposes)
     purpose_keys_.push_back(stable_key(purpose));
 }
@@ -183,12 +183,14 @@ std::span<double> WorldView::force_y() {
 void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) {
   require(Phase::stress, "first_hit");
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
-  if (!hits_ready_) hits_.prepare(state_.cells, bins_);
+  if (!hits_ready_) hits_.prepare(mechanics_.bodies(), mechanics_.bins());
   hits_ready_ = true;
-  // A path takes about as long as a cell in a phase of the step.
-  share(team_, static_cast<std::uint32_t>(segments.size()),
+  // A path near the cells takes some eight times as long as a cell in a phase of the step.
+  share(team_, static_cast<std::uint32_t>(segments.size()), 8 * segments.size(),
         [&](std::uint32_t begin, std::uint32_t end) {
           hits_.first(segments.subspan(begin, end - begin), cells.subspan(begin, end - begin));
+          for (std::int32_t& hit : cells.subspan(begin, end - begin))
+            hit = hit < 0 ? -1 : static_cast<std::int32_t>(state_.cells.order[std::size_t(hit)]);
         });
 }
 

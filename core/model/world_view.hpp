@@ -6,6 +6,7 @@
 
 #include "core/model/ecosystem.hpp"
 #include "core/model/hits.hpp"
+#include "core/model/mechanics.hpp"
 #include "core/model/profile.hpp"
 #include "core/model/team.hpp"
 #include "core/model/world_state.hpp"
@@ -14,9 +15,9 @@ namespace somas::model {
 
 class WorldView final : public World {
  public:
-  /// All must outlive it. `bins` are of the cells as mechanics left them, in canonical order.
+  /// All must outlive it. Hits are found among the cells as `mechanics` left them.
   WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
-            const DiscBins& bins);
+            const MechanicsSolver& mechanics);
 
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
@@ -61,7 +62,7 @@ class WorldView final : public World {
   const Ecosystem& ecosystem_;
   WorldState& state_;
   FloatMatrix& inputs_;
-  const DiscBins& bins_;
+  const MechanicsSolver& mechanics_;
   Cells cells_;
   std::optional<Phase> phase_;
   const std::string* acting_ = nullptr;  ///< the instance that acts

@@ -20,9 +20,23 @@ struct ParticleAggression::Particles {
 namespace {
 
 constexpr double most_particles = 1e7;
-constexpr std::size_t most_paths = 128;  // of a block
+/// Of a block. Many, since the host may share the search for hits among threads.
+constexpr std::size_t most_paths = 4096;
+/// 0 or 1 for each particle of a block, with room to look at eight at a time.
+using Marks = std::array<std::int64_t, most_paths + 8>;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
+
+/// Calls visit(k) for the eight around each mark that is set, in order: most are far from any.
+template <class Visit>
+void each_group(const Marks& marks, std::size_t count, const Visit& visit) {
+  for (std::size_t group = 0; group < count; group += 8) {
+    std::int64_t any = 0;
+    for (std::size_t k = group; k < group + 8; ++k) any |= marks[k];
+    if (any == 0) continue;
+    for (std::size_t k = group; k < std::min(group + 8, count); ++k) visit(k);
+  }
+}
 
 }  // namespace
 
@@ -121,9 +135,9 @@ struct ParticleAggression::Box {
 /// Particles that fly side by side.
 struct ParticleAggression::Block {
   std::size_t count = 0;
-  std::array<double, most_paths> x, y;          ///< where they come to
-  std::array<std::int64_t, most_paths> near;    ///< 1: may meet a cell on the way
-  std::array<std::int64_t, most_paths> leaves;  ///< 1: past the far side
+  std::array<double, most_paths> x, y;  ///< where they come to
+  Marks near;                           ///< 1: may meet a cell on the way
+  Marks leaves;                         ///< 1: past the far side, or spent
   // Of those that are near, with room for one more: the place in the block, the path, who is hit.
   std::array<std::uint32_t, most_paths + 1> place;
   std::array<Segment, most_paths + 1> paths;
@@ -135,7 +149,7 @@ void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
   const Box inhabited(world.cells());
-  // A block at a time, so that its paths are still near when the hits are known.
+  // A block at a time, so that its paths are still in a cache when the hits are known.
   Block block;
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < table.rows(); begin += most_paths) {
@@ -170,38 +184,33 @@ void ParticleAggression::advance(const Particles& p, std::size_t begin, const Bo
     block.near[k] = (across & up) ? 1 : 0;
     block.leaves[k] = (beyond & outwards) ? 1 : 0;
   }
+  std::fill_n(block.near.begin() + block.count, 8, 0);
+  std::fill_n(block.leaves.begin() + block.count, 8, 0);
+  // Those launched together come near together.
   block.near_count = 0;
-  std::fill(block.near.begin() + block.count, block.near.end(), 0);
-  for (std::size_t group = 0; group < block.count; group += 8) {
-    // Those launched together come near together.
-    std::int64_t any = 0;
-    for (std::size_t k = group; k < group + 8; ++k) any |= block.near[k];
-    if (any == 0) continue;
-    for (std::size_t k = group; k < std::min(group + 8, block.count); ++k) {
-      block.place[block.near_count] = static_cast<std::uint32_t>(k);
-      block.paths[block.near_count] = {x0[k], y0[k], block.x[k], block.y[k]};
-      block.near_count += static_cast<std::size_t>(block.near[k]);
-    }
-  }
+  each_group(block.near, block.count, [&](std::size_t k) {
+    block.place[block.near_count] = static_cast<std::uint32_t>(k);
+    block.paths[block.near_count] = {x0[k], y0[k], block.x[k], block.y[k]};
+    block.near_count += static_cast<std::size_t>(block.near[k]);
+  });
 }
 
 /// Particles from `begin` on fly: they strike, and who is neither spent nor gone past the far side
 /// closes the ranks behind the `kept` ones, in order. Returns how many are.
 std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
-                                       std::size_t kept, const Block& block) const {
-  auto leaves = block.leaves;
+                                       std::size_t kept, Block& block) const {
   for (std::size_t n = 0; n < block.near_count; ++n) {
     if (block.hits[n] < 0) continue;
     const std::uint32_t k = block.place[n];
-    leaves[k] = 1;
+    block.leaves[k] = 1;
     world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[begin + k]);
   }
   std::array<std::uint32_t, most_paths + 1> leaving;
   std::size_t left = 0;
-  for (std::size_t k = 0; k < block.count; ++k) {
+  each_group(block.leaves, block.count, [&](std::size_t k) {
     leaving[left] = static_cast<std::uint32_t>(k);
-    left += leaves[k] != 0 ? 1 : 0;
-  }
+    left += static_cast<std::size_t>(block.leaves[k]);
+  });
 
   // The runs between them move up.
   leaving[left] = static_cast<std::uint32_t>(block.count);

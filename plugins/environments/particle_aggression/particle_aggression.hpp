@@ -78,7 +78,7 @@ class ParticleAggression final : public Environment {
   void fly(World& world) const;
   void advance(const Particles& p, std::size_t begin, const Box& inhabited, Block& block) const;
   std::size_t settle(World& world, const Particles& p, std::size_t begin, std::size_t kept,
-                     const Block& block) const;
+                     Block& block) const;
 
   Parameters parameters_;
   double spawn_radius_ = 0;

@@ -468,18 +468,15 @@ TEST(FirstHit, SeesCellsWhereMechanicsLeftThem) {
 TEST(FirstHitDeathTest, SurvivesACellOfNoFinitePlace) {
   // A plugin's force that is not a number must not take the host down with it.
   const auto hit_with_cell_at = [](double place) {
-    CellStore cells;
-    for (int i = 0; i < 3; ++i) cells.append(0);
-    cells.x = {0, place, 4};
-    cells.y = {0, 0, 0};
-    cells.radius = {1, 1, 1};
-    cells.order = {0, 1, 2};
-    cells.rank = {0, 1, 2};
+    std::array<Body, 3> bodies{};
+    bodies[1].x = place;
+    bodies[2].x = 4;
+    for (Body& body : bodies) body.radius = 1;
     const std::array<Disc, 3> discs{{{0, 0, 1, 0.1}, {place, 0, 1, 0.1}, {4, 0, 1, 0.1}}};
     DiscBins bins;
     bins.sort(discs, 1.2);
     HitFinder finder;
-    finder.prepare(cells, bins);
+    finder.prepare(bodies, bins);
     return finder.first({-9, 0, 9, 0});
   };
   for (const double place :
