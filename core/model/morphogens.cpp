@@ -54,15 +54,14 @@ void sweep_rows(const float* __restrict now, float* __restrict next, std::ptrdif
   }
 }
 
-/// Squares of a row, `columns` of them, keep the maximum of their value and what they are offered.
-template <std::size_t columns>
+/// Four squares of a row keep the maximum of their value and what they are offered.
 inline void raise(float* values, const float* weights, float unit) {
-  FourFloats held{}, weight{};
-  std::memcpy(&held, values, columns * sizeof(float));
+  FourFloats held, weight;
+  std::memcpy(&held, values, sizeof held);
   std::memcpy(&weight, weights, sizeof weight);
   const FourFloats offered = weight * unit;
   held = held < offered ? offered : held;
-  std::memcpy(values, &held, columns * sizeof(float));
+  std::memcpy(values, &held, sizeof held);
 }
 
 }  // namespace
@@ -309,20 +308,10 @@ void MorphogenFields::deposit(std::size_t kind, std::span<const Footprint> print
     const float unit = amounts[i] / (rule == Deposit::peak ? at.peak : at.sum);
     // The square behind each row has no weight, and keeps its value.
     float* block = values + corner(at);
-    for (std::size_t r = 0; r < 3; ++r) raise<4>(block + r * stride_, &at.weight[4 * r], unit);
+    for (std::size_t r = 0; r < 3; ++r) raise(block + r * stride_, &at.weight[4 * r], unit);
     middles.add(at);
   }
   cover(kind, middles);
-}
-
-void MorphogenFields::deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule,
-                              unsigned rows) {
-  if (at.sum == 0 || !(amount > 0)) return;
-  const float unit = amount / (rule == Deposit::peak ? at.peak : at.sum);
-  // The square behind a row may stand in a row of somebody else.
-  float* block = now_[kind].data() + corner(at);
-  for (std::size_t r = 0; r < 3; ++r)
-    if ((rows >> r & 1) != 0) raise<3>(block + r * stride_, &at.weight[4 * r], unit);
 }
 
 void MorphogenFields::cover(std::size_t kind, const Middles& middles) {

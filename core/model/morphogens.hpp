@@ -47,29 +47,6 @@ class MorphogenFields {
     friend bool operator==(const Box&, const Box&) = default;
   };
 
-  /// The grid is cut across into stripes, which go to so many sets in turn.
-  struct Stripes {
-    static constexpr std::uint32_t rows = 16;  ///< of a stripe
-    std::uint32_t sets = 1;
-
-    /// Of a row; one off the grid has one, too.
-    [[nodiscard]] std::uint32_t set_of(std::int32_t row) const { return stripe_of(row) % sets; }
-    /// The rows of a block that are a set's, bit r for the r-th from below.
-    [[nodiscard]] unsigned rows_of(std::uint32_t set, const Footprint& at) const {
-      const std::uint32_t lower = stripe_of(at.row - 1), upper = stripe_of(at.row + 1);
-      const unsigned in_lower = lower % sets == set ? 7 : 0;
-      if (lower == upper) return in_lower;
-      const unsigned in_upper = upper % sets == set ? 7 : 0;
-      const unsigned below = stripe_of(at.row) == lower ? 3 : 1;
-      return (in_lower & below) | (in_upper & ~below);
-    }
-
-   private:
-    [[nodiscard]] static std::uint32_t stripe_of(std::int32_t row) {
-      return static_cast<std::uint32_t>(row + 2) / rows;
-    }
-  };
-
   MorphogenFields() = default;
   explicit MorphogenFields(const MorphogenGrid& grid);
 
@@ -96,14 +73,9 @@ class MorphogenFields {
   [[nodiscard]] Gradient gradient(std::size_t kind, double x, double y) const;
   /// Every square of the block keeps the maximum of its value and its share of `amount`.
   void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule);
-  /// The same of many points: amounts[i] at prints[i], both as long.
+  /// The same of many points: amounts[i] at prints[i], both as long. Kinds may be at work at once.
   void deposit(std::size_t kind, std::span<const Footprint> prints, std::span<const float> amounts,
                Deposit rule);
-  /// The same in parts, which may run at once: of some rows of the block alone, bit r for the r-th
-  /// from below. `cover` has to be told in the end of all that gave something.
-  void deposit(std::size_t kind, const Footprint& at, float amount, Deposit rule, unsigned rows);
-  /// The blocks round these squares may hold something from now on.
-  void cover(std::size_t kind, const Middles& middles);
 
   [[nodiscard]] std::uint32_t size() const { return size_; }
   [[nodiscard]] std::size_t kinds() const { return now_.size(); }
@@ -139,6 +111,8 @@ class MorphogenFields {
   void place(Block& block) const;
   void sense(std::size_t kind, const Block& block, float* sensed) const;
   void print(const Block& block, std::span<Footprint> prints) const;
+  /// The blocks round these squares may hold something from now on.
+  void cover(std::size_t kind, const Middles& middles);
   void touch(std::uint32_t left, std::uint32_t right, std::uint32_t bottom, std::uint32_t top,
              Box& box) const;
 

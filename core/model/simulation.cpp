@@ -258,14 +258,19 @@ void Simulation::deposit(std::uint32_t count) {
   for (const std::uint32_t mother : cycle_.mothers())
     footprints_[mother] =
         state_.organisms[cells.organism[mother]].fields.footprint(cells.x[mother], cells.y[mother]);
-  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count);
-  if (parts == 1)
-    each_range(cells, 0, count, [this](const CellRange& range) { deposit(range); });
-  else
-    deposit_in_stripes(count, parts);
+  // No two threads at a square: each has kinds of its own.
+  const auto kinds = static_cast<unsigned>(ecosystem_.config().morphogens.kinds.size());
+  const unsigned parts = team_ == nullptr ? 1 : std::min(team_->parts(count), kinds);
+  const auto deposit_some = [&](unsigned part) {
+    each_range(cells, 0, count, [&](const CellRange& range) {
+      deposit(range, Kinds{part, parts});
+    });
+  };
+  if (parts <= 1) return deposit_some(0);
+  team_->run(parts, deposit_some);
 }
 
-void Simulation::deposit(const CellRange& range) {
+void Simulation::deposit(const CellRange& range, Kinds kinds) {
   constexpr std::uint32_t most = 256;
   const CellStore& cells = state_.cells;
   OrganismState& organism = state_.organisms[range.organism];
@@ -273,75 +278,13 @@ void Simulation::deposit(const CellRange& range) {
   float amounts[most];
   for (std::uint32_t begin = range.begin; begin < range.end; begin += most) {
     const std::uint32_t count = std::min(most, range.end - begin);
-    for (std::size_t kind = 0; kind < channels.size(); ++kind) {
+    for (std::size_t kind = kinds.first; kind < channels.size(); kind += kinds.every) {
       const float* produced = outputs_.row(channels[kind]);
       for (std::uint32_t l = 0; l < count; ++l)
         amounts[l] =
             cells.dead[begin + l] != 0 ? 0.0f : static_cast<float>(share(produced[begin + l]));
       organism.fields.deposit(kind, std::span(footprints_).subspan(begin, count), {amounts, count},
                               ecosystem_.config().morphogens.deposit);
-    }
-  }
-}
-
-void Simulation::deposit_in_stripes(std::uint32_t count, unsigned parts) {
-  // No two threads at a square: each has rows of its own. First everybody finds out whom its cells
-  // concern, then everybody deposits for all of these.
-  if (deposits_.size() < parts) deposits_.resize(parts);
-  for (unsigned part = 0; part < parts; ++part) {
-    deposits_[part].cells.resize(std::max<std::size_t>(parts, deposits_[part].cells.size()));
-    for (auto& list : deposits_[part].cells) list.clear();
-    deposits_[part].covers.clear();
-  }
-  const auto sort = [&](unsigned part) {
-    const Stretch own = stretch(count, part, parts);
-    each_range(state_.cells, own.begin, own.end,
-               [&](const CellRange& range) { sort_into_stripes(range, part, parts); });
-  };
-  team_->run(parts, sort);
-  const auto deposit = [&](unsigned set) { deposit_stripes(set, parts); };
-  team_->run(parts, deposit);
-  for (unsigned part = 0; part < parts; ++part)
-    for (const Deposits::Cover& cover : deposits_[part].covers)
-      state_.organisms[cover.organism].fields.cover(cover.kind, cover.middles);
-}
-
-void Simulation::sort_into_stripes(const CellRange& range, unsigned part, unsigned parts) {
-  const CellStore& cells = state_.cells;
-  Deposits& deposits = deposits_[part];
-  const MorphogenFields::Stripes stripes{parts};
-  const std::vector<std::uint32_t>& channels =
-      state_.organisms[range.organism].phenotype->ports->out().morphogens;
-  for (std::uint32_t i = range.begin; i < range.end; ++i) {
-    if (cells.dead[i] != 0 || footprints_[i].sum == 0) continue;
-    const std::uint32_t lower = stripes.set_of(footprints_[i].row - 1);
-    const std::uint32_t upper = stripes.set_of(footprints_[i].row + 1);
-    deposits.cells[lower].push_back(i);
-    if (upper != lower) deposits.cells[upper].push_back(i);
-  }
-  for (std::size_t kind = 0; kind < channels.size(); ++kind) {
-    const float* produced = outputs_.row(channels[kind]);
-    Middles middles;
-    for (std::uint32_t i = range.begin; i < range.end; ++i)
-      if (cells.dead[i] == 0 && footprints_[i].sum != 0 && produced[i] > 0)
-        middles.add(footprints_[i]);
-    deposits.covers.push_back({range.organism, kind, middles});
-  }
-}
-
-void Simulation::deposit_stripes(unsigned set, unsigned sets) {
-  const CellStore& cells = state_.cells;
-  const Deposit rule = ecosystem_.config().morphogens.deposit;
-  const MorphogenFields::Stripes stripes{sets};
-  for (unsigned part = 0; part < sets; ++part) {
-    for (const std::uint32_t i : deposits_[part].cells[set]) {
-      OrganismState& organism = state_.organisms[cells.organism[i]];
-      const std::vector<std::uint32_t>& channels = organism.phenotype->ports->out().morphogens;
-      const unsigned rows = stripes.rows_of(set, footprints_[i]);
-      for (std::size_t kind = 0; kind < channels.size(); ++kind)
-        organism.fields.deposit(kind, footprints_[i],
-                                static_cast<float>(share(outputs_.row(channels[kind])[i])), rule,
-                                rows);
     }
   }
 }

@@ -94,10 +94,11 @@ class Simulation {
   void run_programs();
   void run_program(const CellRange& range);
   void deposit(std::uint32_t count);
-  void deposit(const CellRange& range);
-  void deposit_in_stripes(std::uint32_t count, unsigned parts);
-  void sort_into_stripes(const CellRange& range, unsigned part, unsigned parts);
-  void deposit_stripes(unsigned set, unsigned sets);
+  /// Every so many-th kind of morphogen, from the first on.
+  struct Kinds {
+    unsigned first = 0, every = 1;
+  };
+  void deposit(const CellRange& range, Kinds kinds);
   void reorganise();
   void move();
   [[nodiscard]] bool bury();
@@ -121,17 +122,6 @@ class Simulation {
     std::uint32_t rows, before;
   };
   std::vector<Sweep> sweeps_;
-  /// Of a part of the cells: those that deposit in each set of stripes, and where.
-  struct Deposits {
-    struct Cover {
-      std::uint16_t organism;
-      std::size_t kind;
-      Middles middles;
-    };
-    std::vector<std::vector<std::uint32_t>> cells;  ///< by set
-    std::vector<Cover> covers;
-  };
-  std::vector<Deposits> deposits_;  ///< by part
   std::vector<std::uint8_t> dead_;  ///< by canonical place
   Team* team_ = nullptr;
   Witness* witness_ = nullptr;
