@@ -276,8 +276,10 @@ void particles(benchmark::State& state) {
     Colonies& world = colonies_of(cells_of(state));
     model::WorldState& here = world.simulation().mutable_state();
     model::FloatMatrix no_inputs;
-    const model::DiscBins bins = bins_of(here.cells);
-    model::WorldView view(*world.experiment().ecosystem, here, no_inputs, bins);
+    // Where they stand, without a step of time.
+    model::MechanicsSolver mechanics;
+    mechanics.run({.substeps = 1, .time_step = 0}, here, {});
+    model::WorldView view(*world.experiment().ecosystem, here, no_inputs, mechanics);
     int steps = 0;
     double rows = 0;
     for (auto _ : state) {

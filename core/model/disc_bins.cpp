@@ -66,7 +66,7 @@ void DiscBins::lay_out(const Bounds& bounds, std::size_t count, double range) {
   coarse_ = rounding * std::max(width, height) > coarse_error;
 }
 
-inline std::uint32_t DiscBins::bin_of(const Disc& disc, double per_length_) const {
+inline std::uint32_t DiscBins::bin_of(const Disc& disc) const {
   const bool somewhere = is_somewhere(disc);
   const double x = somewhere ? disc.x - left_ : 0.0;
   const double y = somewhere ? disc.y - bottom_ : 0.0;
@@ -97,7 +97,7 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
   // A counting sort. Counts stand two places on, so that places taken one on leave the starts.
   start_.assign(static_cast<std::size_t>(columns_) * rows_ + 2, 0);
   for (std::size_t i = 0; i < count; ++i) {
-    bin_of_[i] = bin_of(discs[i], per_length_);
+    bin_of_[i] = bin_of(discs[i]);
     ++start_[bin_of_[i] + 2];
   }
   for (std::size_t b = 2; b < start_.size(); ++b) start_[b] += start_[b - 1];
@@ -108,13 +108,12 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
 void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double error,
                              unsigned parts) {
   const auto count = static_cast<std::uint32_t>(discs.size());
-  per_length_ = 1.0 / side_;
   counts_.reset(parts, columns_ * rows_);
   const auto count_bins = [&](unsigned part) {
     const Stretch own = stretch(count, part, parts);
     std::uint32_t* counts = counts_.begin(part);
     for (std::uint32_t i = own.begin; i < own.end; ++i) {
-      bin_of_[i] = bin_of(discs[i], per_length_);
+      bin_of_[i] = bin_of(discs[i]);
       ++counts[bin_of_[i]];
     }
   };

@@ -60,7 +60,7 @@ class DiscBins {
   [[nodiscard]] static Bounds bounds_of(std::span<const Disc> discs);
   [[nodiscard]] Bounds bounds_of(std::span<const Disc> discs, unsigned parts);
   void lay_out(const Bounds& bounds, std::size_t count, double range);
-  [[nodiscard]] std::uint32_t bin_of(const Disc& disc, double bins_per_length) const;
+  [[nodiscard]] std::uint32_t bin_of(const Disc& disc) const;
   void put(std::uint32_t item, const Disc& disc, double range, double error, std::uint32_t at);
   void sort_in_parts(std::span<const Disc> discs, double range, double error, unsigned parts);
 

@@ -16,6 +16,9 @@ namespace {
 /// system. Plugins and other simulations may take longer: then it sleeps.
 constexpr std::chrono::microseconds longest_wait{50};
 
+/// In a ticket: the work is being changed.
+constexpr std::uint32_t no_part = 0xFFFFFFFFu;
+
 void pause() {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
@@ -79,14 +82,18 @@ void Team::start() {
 
 void Team::carry_out(Call call, void* context, unsigned parts) {
   if (!started_) start();
-  call_.store(call, std::memory_order_relaxed);
-  context_.store(context, std::memory_order_relaxed);
-  parts_.store(parts, std::memory_order_relaxed);
-  site_.store(watched_site, std::memory_order_relaxed);
-  left_.store(parts, std::memory_order_relaxed);
-  const std::uint64_t number = works_.load(std::memory_order_relaxed) + 1;
+  // First nobody can take parts any more by the ticket of the work before: who reads what follows
+  // has then seen that.
+  const std::uint64_t number = works_.load(std::memory_order_relaxed) + std::uint64_t{1};
+  ticket_.store(number << 32 | no_part, std::memory_order_release);
+  call_.store(call, std::memory_order_release);
+  context_.store(context, std::memory_order_release);
+  parts_.store(parts, std::memory_order_release);
+  site_.store(watched_site, std::memory_order_release);
+  left_.store(parts, std::memory_order_release);
   ticket_.store(number << 32 | 1, std::memory_order_release);
-  works_.store(static_cast<std::uint32_t>(number), std::memory_order_release);
+  // Sequentially consistent: notifying looks for sleepers, and must not do so before.
+  works_.store(static_cast<std::uint32_t>(number));
   if (parts == threads()) {
     works_.notify_all();
   } else {
@@ -105,8 +112,9 @@ void Team::serve() {
   const ReportStack stack;
   for (std::uint32_t done = 0;;) {
     await_change(works_, done, awake_);
-    if (over_) return;
+    // In this order: the end comes with a number of its own, which must not be taken for a work's.
     done = works_.load(std::memory_order_acquire);
+    if (over_) return;
     help();
   }
 }
@@ -115,11 +123,11 @@ void Team::help() {
   // Takes parts until there are none. What is read of a work that has meanwhile ended is not used.
   std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
   for (;;) {
-    const Call call = call_.load(std::memory_order_relaxed);
-    void* const context = context_.load(std::memory_order_relaxed);
-    CallSite* const site = site_.load(std::memory_order_relaxed);
+    const Call call = call_.load(std::memory_order_acquire);
+    void* const context = context_.load(std::memory_order_acquire);
+    CallSite* const site = site_.load(std::memory_order_acquire);
     const auto part = static_cast<std::uint32_t>(ticket);
-    if (part >= parts_.load(std::memory_order_relaxed)) return;
+    if (part >= parts_.load(std::memory_order_acquire)) return;
     if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
     CallSite* const outer = std::exchange(watched_site, site);
     finish(part, call, context);

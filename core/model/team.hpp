@@ -72,7 +72,7 @@ class Team {
   std::vector<std::thread> others_;
 
   // The present work. Whoever takes a part by the ticket has read what it belongs to: it changes
-  // when all parts have ended only.
+  // when all parts have ended only, and while it does the ticket is for no part.
   std::atomic<Call> call_ = nullptr;
   std::atomic<void*> context_ = nullptr;
   std::atomic<unsigned> parts_ = 0;

@@ -53,6 +53,31 @@ TEST(Team, RunsPartsAtOnceAndTheFirstByTheCaller) {
   EXPECT_EQ(std::set(who.begin(), who.end()).size(), 3u);
 }
 
+TEST(Team, RunsEveryPartOnceOfWorksThatFollowEachOtherClosely) {
+  // Work so short that the others are still looking for more of the one before.
+  for (unsigned threads = 2; threads <= 4; ++threads) {
+    Team team(threads, 1);
+    std::vector<std::atomic<unsigned>> runs(threads);
+    for (unsigned n = 0; n < 60000; ++n) {
+      const unsigned parts = 2 + n * 7 % (threads - 1);
+      const auto work = [&](unsigned part) { runs[part].fetch_add(1, std::memory_order_relaxed); };
+      team.run(parts, work);
+      for (unsigned part = 0; part < threads; ++part)
+        ASSERT_EQ(runs[part].exchange(0), part < parts ? 1u : 0u) << n << ' ' << part;
+    }
+  }
+}
+
+TEST(Team, EndsRightAfterWork) {
+  for (int n = 0; n < 2000; ++n) {
+    Team team(2, 1);
+    std::atomic<int> runs = 0;
+    const auto work = [&](unsigned) { ++runs; };
+    for (int k = 0; k < 3; ++k) team.run(2, work);
+    ASSERT_EQ(runs, 6);
+  }
+}
+
 TEST(Team, GoesOnAfterALongPause) {
   Team team(2, 1);
   std::atomic<int> runs = 0;
