@@ -108,7 +108,7 @@ TEST_F(RunRecordings, AStopLeavesNoFile) {
   const fs::path run = run_into("a", Recorded::none);
   experiment_.record.what = Recorded::champions;
   const evolution::Heredity heredity(*experiment_.ecosystem);
-  const Recordings recordings(experiment_, heredity, run);
+  Recordings recordings(experiment_, heredity, run);
   const std::atomic<bool> stop = true;
   EXPECT_EQ(recordings.champion(champion_of(run, 1), evaluation::StopToken(stop)), std::nullopt);
   EXPECT_FALSE(fs::exists(run / "recordings"));

@@ -307,11 +307,18 @@ TEST(ParticleAggression, CannotTunnelThroughACellInOneStep) {
   EXPECT_TRUE(particles(stage.world).empty());
 }
 
-TEST(ParticleAggression, AsksForHitsManyAtATime) {
-  Stage<ParticleAggression> stage(steady(3));
+TEST(ParticleAggression, AsksForTheHitsOfAllThatAreNearAtOnce) {
+  Stage<ParticleAggression> stage(steady(300), 1, {{.radius = 61, .id = 1}});
   run(stage, 0, 50);
-  EXPECT_GE(stage.world.first_hit_calls, 50);
-  EXPECT_LE(stage.world.first_hit_calls, 100) << "up to 150 are in flight";
+  EXPECT_EQ(stage.world.first_hit_calls, 50);
+  EXPECT_EQ(stage.world.strikes.size(), 300u * 50);
+}
+
+TEST(ParticleAggression, DoesNotAskWhileAllAreFarFromTheCells) {
+  Stage<ParticleAggression> stage(steady(3), 1, {{.radius = 1, .id = 1}});
+  run(stage, 0, 50);
+  EXPECT_EQ(particles(stage.world).size(), 150u);
+  EXPECT_EQ(stage.world.first_hit_calls, 0);
 }
 
 TEST(ParticleAggression, AimedAtItsOwnPlaceItFliesToTheCentre) {
