@@ -5,9 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
 #include <vector>
 
 #include <benchmark/benchmark.h>
+
+#include "bench/unknown.hpp"
 
 namespace somas::bench {
 namespace {
@@ -74,8 +77,7 @@ template <class Value>
 double roots(double seconds) {
   constexpr std::size_t count = 512;
   alignas(64) std::array<Value, count> values{};
-  Value term = 0.7f;
-  benchmark::DoNotOptimize(term);
+  const Value term = unknown(Value{0.7f});
   return best_rate(seconds, count, [&] {
     for (Value& value : values) value = std::sqrt(value + term);
     benchmark::DoNotOptimize(values.data());
@@ -87,15 +89,16 @@ double roots(double seconds) {
 double triad(double seconds, std::size_t bytes) {
   const std::size_t count = bytes / (3 * sizeof(double));
   std::vector<double> a(count, 0.0), b(count, 1.0), c(count, 2.0);
-  double factor = 3;
-  benchmark::DoNotOptimize(factor);
-  return best_rate(seconds, 3.0 * sizeof(double) * static_cast<double>(count), [&] {
+  const double factor = unknown(3.0);
+  const double rate = best_rate(seconds, 3.0 * sizeof(double) * static_cast<double>(count), [&] {
     double* __restrict to = a.data();
     const double *from = b.data(), *scaled = c.data();
     for (std::size_t i = 0; i < count; ++i) to[i] = from[i] + factor * scaled[i];
     benchmark::DoNotOptimize(a.data());
     benchmark::ClobberMemory();
   });
+  if (a.back() != 1 + 3.0 * 2) throw std::logic_error("the triad's sums are wrong");
+  return rate;
 }
 
 }  // namespace

@@ -257,7 +257,7 @@ void first_hits(benchmark::State& state) {
     const std::vector<model::Body> bodies = bodies_of(cells);
     model::HitFinder finder;
     for (auto _ : state) {
-      finder.prepare(bodies, bins);
+      finder.prepare(bodies, bins, cells.order, cells.rank);
       finder.first(paths, hits);
       benchmark::DoNotOptimize(hits.data());
       benchmark::ClobberMemory();

@@ -8,9 +8,6 @@ namespace somas::model {
 
 namespace {
 
-/// A seeming reach wider by more than this lets too many pass.
-constexpr double coarse_error = 0.01;
-
 bool is_somewhere(const Disc& disc) {
   constexpr double absurd = 1e30;
   return (std::abs(disc.x) < absurd) & (std::abs(disc.y) < absurd);
@@ -118,7 +115,7 @@ void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double e
     }
   };
   team_->run(parts, count_bins);
-  counts_.to_places(*team_, start_);
+  counts_.to_places(team_, start_);
   const auto place = [&](unsigned part) {
     const Stretch own = stretch(count, part, parts);
     std::uint32_t* places = counts_.of(part);

@@ -51,6 +51,8 @@ class DiscBins {
 
   /// More than the error of single precision for each unit of a length.
   static constexpr double rounding = 0x1p-21;
+  /// A seeming reach wider by more than this lets too many pass.
+  static constexpr double coarse_error = 0.01;
 
  private:
   struct Bounds {

@@ -29,8 +29,11 @@ double meeting(const Segment& s, double x, double y, double radius) {
   return t <= 1 ? t : -1;
 }
 
-void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins) {
+void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins,
+                        std::span<const std::uint32_t> cells, std::span<const std::uint32_t> rank) {
   bodies_ = bodies;
+  cells_ = cells;
+  rank_ = rank;
   bins_ = &bins;
   mark_inhabited();
 }
@@ -107,13 +110,13 @@ std::int32_t HitFinder::first(const Segment& s) const {
             bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
         const Body& body = bodies_[place];
         const double t = meeting(s, body.x, body.y, body.radius);
-        if (t < 0 || t > best_distance || (t == best_distance && place > best)) continue;
+        if (t < 0 || t > best_distance || (t == best_distance && is_later(place, best))) continue;
         best = place;
         best_distance = t;
       }
     }
   }
-  return best == nobody ? -1 : static_cast<std::int32_t>(best);
+  return best == nobody ? -1 : static_cast<std::int32_t>(cells_[best]);
 }
 
 }  // namespace somas::model

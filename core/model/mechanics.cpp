@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 #include "somas/sdk/math.hpp"
@@ -105,7 +106,7 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
   CellStore& cells = world.cells;
   parts_ = team_ == nullptr ? 1 : team_->parts(cells.size());
   load(world);
-  if (pairs_.stale(bodies_, table_.range())) find_pairs(constants);
+  if (pairs_.stale(bodies_, table_.range())) find_pairs(constants, cells);
   if (parts_ > 1) pairs_.index_by_second(parts_);
   list_constants();  // radii and states may have changed
   for (std::uint32_t s = 0; s < constants.substeps; ++s) {
@@ -113,13 +114,13 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
     if (external || s == 0) load_external(external, cells);
     compute_forces(constants.damping, world);
     if (!move(constants)) continue;
-    find_pairs(constants);
+    find_pairs(constants, cells);
     list_constants();
   }
   store(cells);
   compute_stresses(world);
   sum_stresses(constants.pressure_scale, cells);
-  place_ = cells.order;
+  remains_ = cell_;
 }
 
 /// Calls work(begin, end) for fours of pairs that make up all, at once.
@@ -136,12 +137,13 @@ void MechanicsSolver::load(const WorldState& world) {
   force_.resize(cells.size());
   sum_.resize(cells.size());
   motility_.prepare(world);
+  number(cells);
   share_ranges(team_, cells, [&](const CellRange& range) {
     const double inverse_mass = 1.0 / world.state_of(range.begin).mass;
     const std::uint32_t kind = table_.kind(range.organism, range.state);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
-      bodies_[cells.rank[i]] = {cells.x[i],      cells.y[i],   cells.vx[i], cells.vy[i],
-                                cells.radius[i], inverse_mass, kind};
+      bodies_[place_of_[i]] = {cells.x[i],      cells.y[i],   cells.vx[i], cells.vy[i],
+                               cells.radius[i], inverse_mass, kind};
   });
 }
 
@@ -155,23 +157,80 @@ void MechanicsSolver::load_external(const ExternalForces& external, const CellSt
   external_.resize(bodies_.size());
   share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t k = begin; k < end; ++k)
-      external_[k] = Two{external_x_[cells.order[k]], external_y_[cells.order[k]]};
+      external_[k] = Two{external_x_[cell_[k]], external_y_[cell_[k]]};
   });
 }
 
 void MechanicsSolver::store(CellStore& cells) const {
   share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t i = cells.order[k];
-      cells.x[i] = bodies_[k].x;
-      cells.y[i] = bodies_[k].y;
-      cells.vx[i] = bodies_[k].vx;
-      cells.vy[i] = bodies_[k].vy;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const Body& body = bodies_[place_of_[i]];
+      cells.x[i] = body.x;
+      cells.y[i] = body.y;
+      cells.vx[i] = body.vx;
+      cells.vy[i] = body.vy;
     }
   });
 }
 
-void MechanicsSolver::find_pairs(const Mechanics& constants) {
+/// Numbers cells that are more or fewer than before island by island, so that neighbours stand
+/// close together in memory; and finds which cell has which place. A numbering holds until pairs
+/// are found anew: whoever has the places of a pair is near enough.
+void MechanicsSolver::number(const CellStore& cells) {
+  if (numbered_ != cells.size()) {
+    numbered_ = cells.size();
+    const Sites sites{cells.x.data(), cells.y.data(), cells.size(), 1, cells.order};
+    if (!number_islands(sites, cells, number_)) number_.clear();
+    just_numbered_ = true;
+  }
+  cell_ = cells.order;
+  place_of_ = cells.rank;
+  if (!number_.empty()) place(cells);
+}
+
+void MechanicsSolver::place(const CellStore& cells) {
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t i = cells.order[k];
+      place_of_[i] = number_[k];
+      cell_[number_[k]] = i;
+    }
+  });
+}
+
+bool MechanicsSolver::number_islands(const Sites& sites, const CellStore& cells,
+                                     std::vector<std::uint32_t>& numbers) {
+  if (sites.count < least_numbered_) return false;
+  const double widest = *std::max_element(cells.radius.begin(), cells.radius.end());
+  return islands_.number(sites, NeighbourPairs::longest(widest, table_.range(), skin), numbers);
+}
+
+/// Cells of different islands may have met.
+void MechanicsSolver::renumber(const CellStore& cells) {
+  const Sites sites{&bodies_.data()->x, &bodies_.data()->y, bodies_.size(),
+                    sizeof(Body) / sizeof(double), number_};
+  if (!number_islands(sites, cells, next_number_)) {
+    if (number_.empty()) return;
+    next_number_.resize(bodies_.size());
+    std::iota(next_number_.begin(), next_number_.end(), 0u);
+  }
+  renumbered_.resize(bodies_.size());
+  const bool pushed = !external_.empty();
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t from = number_.empty() ? k : number_[k], to = next_number_[k];
+      renumbered_[to] = bodies_[from];
+      if (pushed) force_[to] = external_[from];
+    }
+  });
+  bodies_.swap(renumbered_);
+  if (pushed) external_.swap(force_);
+  number_.swap(next_number_);
+  place(cells);
+}
+
+void MechanicsSolver::find_pairs(const Mechanics& constants, const CellStore& cells) {
+  if (!std::exchange(just_numbered_, false)) renumber(cells);
   // Twice the way of the step, for those who are being pushed.
   pairs_.build(bodies_, table_.range(), skin, 2.0 * constants.substeps * constants.time_step);
   if (parts_ > 1) pairs_.index_by_second(parts_);
@@ -241,8 +300,8 @@ void MechanicsSolver::compute_forces(double damping, const WorldState& world) {
   reader.each_coincident([&](std::size_t p) {
     const Body &a = reader.first(p), &b = reader.second(p);
     const Spring& s = reader.spring(p);
-    const auto [nx, ny] = arbitrary_direction(world, world.cells.order[pairs_.first()[p]],
-                                              world.cells.order[pairs_.second()[p]]);
+    const auto [nx, ny] =
+        arbitrary_direction(world, cell_[pairs_.first()[p]], cell_[pairs_.second()[p]]);
     const double dx = a.x - b.x, dy = a.y - b.y;
     const double distance = std::sqrt(dx * dx + dy * dy), radii = a.radius + b.radius;
     const double collision = s.stiffness * std::max(0.0, radii - distance);
@@ -361,8 +420,8 @@ void MechanicsSolver::compute_stresses(const WorldState& world) {
 
   const PairReader reader(pairs_, bodies_, table_);
   reader.each_coincident([&](std::size_t p) {
-    const auto [nx, ny] = arbitrary_direction(world, world.cells.order[pairs_.first()[p]],
-                                              world.cells.order[pairs_.second()[p]]);
+    const auto [nx, ny] =
+        arbitrary_direction(world, cell_[pairs_.first()[p]], cell_[pairs_.second()[p]]);
     const double collision = pair_stress_[p][0];
     pair_stress_[p] =
         Four{collision, collision * nx * nx, collision * nx * ny, collision * ny * ny};
@@ -379,7 +438,7 @@ inline Four MechanicsSolver::summed_stress(std::uint32_t k) const {
 void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
   const auto count = static_cast<std::uint32_t>(bodies_.size());
   const auto keep = [&](std::uint32_t k, const Four& stress) {
-    const std::uint32_t i = cells.order[k];
+    const std::uint32_t i = cell_[k];
     cells.pressure[i] = stress[0] / (stress[0] + pressure_scale);
     cells.stress_xx[i] = stress[1];
     cells.stress_xy[i] = stress[2];
@@ -402,9 +461,9 @@ void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
 }
 
 void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index) {
-  std::size_t count = place_.size();
+  std::size_t count = remains_.size();
   if (!new_index.empty())
-    for (std::uint32_t& place : place_) {
+    for (std::uint32_t& place : remains_) {
       place = new_index[place];
       count -= place == gone ? 1 : 0;
     }
@@ -417,7 +476,7 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
   std::size_t kept = 0;
   std::uint32_t run = 0, last = gone;
   for (std::size_t t = 0; t < touching_count_; ++t) {
-    const std::uint32_t a = place_[touching_first_[t]], b = place_[touching_second_[t]];
+    const std::uint32_t a = remains_[touching_first_[t]], b = remains_[touching_second_[t]];
     if (a == gone || b == gone) continue;
     touching_first_[kept] = a;
     touching_second_[kept++] = b;
@@ -453,7 +512,7 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
 template <class Visit>
 void MechanicsSolver::each_contact(std::uint32_t cell, Visit&& visit) const {
   const auto look = [&](std::uint32_t p, std::uint32_t other) {
-    if (touching_[p] != 0 && place_[other] != gone) visit(place_[other]);
+    if (touching_[p] != 0 && remains_[other] != gone) visit(remains_[other]);
   };
   for (const std::uint32_t p : pairs_.as_second(cell)) look(p, pairs_.first()[p]);
   for (std::uint32_t p = pairs_.start(cell); p < pairs_.start(cell + 1); ++p)
@@ -461,14 +520,14 @@ void MechanicsSolver::each_contact(std::uint32_t cell, Visit&& visit) const {
 }
 
 void MechanicsSolver::list_contacts_in_parts(Contacts& contacts, std::size_t count) {
-  const auto cells = static_cast<std::uint32_t>(place_.size());
+  const auto cells = static_cast<std::uint32_t>(remains_.size());
   contact_count_.resize(std::max(contact_count_.size(), count));
   share(team_, cells, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t k = begin; k < end; ++k) {
-      if (place_[k] == gone) continue;
+      if (remains_[k] == gone) continue;
       std::uint32_t contacts_of_it = 0;
       each_contact(k, [&](std::uint32_t) { ++contacts_of_it; });
-      contact_count_[place_[k]] = contacts_of_it;
+      contact_count_[remains_[k]] = contacts_of_it;
     }
   });
   contacts.start.resize(count + 1);
@@ -481,8 +540,8 @@ void MechanicsSolver::list_contacts_in_parts(Contacts& contacts, std::size_t cou
   contacts.items.resize(start);
   share(team_, cells, [&](std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t k = begin; k < end; ++k) {
-      if (place_[k] == gone) continue;
-      std::uint32_t* to = contacts.items.data() + contacts.start[place_[k]];
+      if (remains_[k] == gone) continue;
+      std::uint32_t* to = contacts.items.data() + contacts.start[remains_[k]];
       each_contact(k, [&](std::uint32_t other) { *to++ = other; });
     }
   });

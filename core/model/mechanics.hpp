@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/model/islands.hpp"
 #include "core/model/lanes.hpp"
 #include "core/model/motility.hpp"
 #include "core/model/neighbours.hpp"
@@ -31,7 +32,11 @@ class MechanicsSolver {
   void use(Team* team) {
     team_ = team;
     pairs_.use(team);
+    islands_.use(team);
   }
+  /// Where there are so many cells, those of an island stand side by side; fewer are in a near
+  /// cache in any order.
+  void order_by_islands_from(std::size_t cells) { least_numbered_ = cells; }
   /// All substeps of one step, then pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   /// Motile cells crawl with forces found once, at the positions at the start.
@@ -41,16 +46,24 @@ class MechanicsSolver {
   /// were.
   void list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index = {});
 
-  /// The cells as the last `run` left them, in canonical order.
+  /// The cells as the last `run` left them, by place: island by island, in canonical order within
+  /// each, or simply in canonical order.
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
-  /// The cells, in canonical order, where the last `run` left them or within their margins of it.
+  /// The cells, by place, where the last `run` left them or within their margins of it.
   [[nodiscard]] const DiscBins& bins() const { return pairs_.bins(); }
+  /// The cell at each place, by its index during the last `run`.
+  [[nodiscard]] std::span<const std::uint32_t> cells() const { return cell_; }
 
  private:
   void load(const WorldState& world);
   void store(CellStore& cells) const;
   void load_external(const ExternalForces& external, const CellStore& cells);
-  void find_pairs(const Mechanics& constants);
+  void find_pairs(const Mechanics& constants, const CellStore& cells);
+  void number(const CellStore& cells);
+  [[nodiscard]] bool number_islands(const Sites& sites, const CellStore& cells,
+                                    std::vector<std::uint32_t>& numbers);
+  void renumber(const CellStore& cells);
+  void place(const CellStore& cells);
   void list_constants();
   template <class Work>
   void share_pairs(const Work& work);
@@ -72,25 +85,34 @@ class MechanicsSolver {
   SpringTable table_;
   NeighbourPairs pairs_;
   Motility motility_;
-  /// Of cells, in canonical order: taking pair after pair then sums in that order.
-  std::vector<Body> bodies_;
+  Islands islands_;
+  /// Of each cell, in canonical order, its place; empty: that order. Of two cells of a pair the
+  /// lower has the lower place, so taking pair after pair sums in canonical order.
+  std::vector<std::uint32_t> number_, next_number_;
+  std::size_t least_numbered_ = 4096;
+  std::size_t numbered_ = 0;             ///< so many cells
+  bool just_numbered_ = false;           ///< where they are now
+  std::vector<std::uint32_t> cell_;      ///< by place: index
+  std::vector<std::uint32_t> place_of_;  ///< by index: place
+  // By place.
+  std::vector<Body> bodies_, renumbered_;
   std::vector<Two> force_;
   std::vector<Four> sum_;                        ///< of collisions, and stress xx, xy, yy
   std::vector<double> external_x_, external_y_;  ///< in storage order
-  std::vector<Two> external_;                    ///< in canonical order; empty: there are none
+  std::vector<Two> external_;                    ///< by place; empty: there are none
   std::vector<Four> pair_radii_;                 ///< sums of both radii, of four pairs each
   std::vector<FourSprings> pair_springs_;        ///< of four pairs each; the first, where all alike
   std::size_t springs_stride_ = 0;               ///< 0 where all are alike, else 1
   /// Of pairs, with room to a multiple of four: what the second cell does to the first.
   std::vector<Two> pair_force_;
   std::vector<Four> pair_stress_;  ///< collision, and what it adds to stress xx, xy, yy
-  /// Of pairs in contact, the first `touching_count_`: both places in canonical order.
+  /// Of pairs in contact, the first `touching_count_`: both places.
   std::vector<std::uint32_t> touching_first_, touching_second_;
   std::size_t touching_count_ = 0;
   // In parts: of each pair whether it is in contact; of each cell, by index, how many contacts.
   std::vector<std::uint32_t> touching_, contact_count_;
   std::vector<std::uint32_t> lower_, higher_;  ///< by index: contacts that come before and after it
-  std::vector<std::uint32_t> place_;  ///< of each cell, in canonical order: its index, or `gone`
+  std::vector<std::uint32_t> remains_;         ///< by place: the cell's index by now, or `gone`
   Team* team_ = nullptr;
   /// Of the present step. In several, each sums into cells of its own, from both kinds of pairs:
   /// those of which a cell is the second one, then those of which it is the first; so does a pass

@@ -53,6 +53,10 @@ bool NeighbourPairs::stale(std::span<const Body> bodies, double range) {
   return any_drifted;
 }
 
+double NeighbourPairs::longest(double radius, double range, double skin) {
+  return 2.0 * (range * radius + 0.5 * skin + widest_margin) + 10.0 * DiscBins::coarse_error;
+}
+
 void NeighbourPairs::build(std::span<const Body> bodies, double range, double skin, double time) {
   range_ = range;
   built_.resize(bodies.size());
@@ -205,7 +209,7 @@ void NeighbourPairs::find_in_parts(unsigned parts) {
     for (std::size_t p = 0; p < found.count; ++p) ++counts[found.first[p]];
   };
   team_->run(parts, find_some);
-  count_ = counts_.to_places(*team_, start_);
+  count_ = counts_.to_places(team_, start_);
   make_room();
   const auto place = [&](unsigned part) {
     const Found& found = found_[part];
@@ -248,7 +252,7 @@ void NeighbourPairs::index_by_second(unsigned parts) {
     for (std::uint32_t p = own.begin; p < own.end; ++p) ++counts[second_[p]];
   };
   team_->run(parts, count_seconds);
-  counts_.to_places(*team_, second_start_);
+  counts_.to_places(team_, second_start_);
   if (pairs_by_second_.size() < count_) pairs_by_second_.resize(2 * count_);
   const auto place = [&](unsigned part) {
     const Stretch own = stretch(count, part, parts);

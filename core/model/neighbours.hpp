@@ -31,6 +31,8 @@ class NeighbourPairs {
     team_ = team;
     bins_.use(team);
   }
+  /// What the members of a pair found are nearer to each other than, of bodies up to that radius.
+  [[nodiscard]] static double longest(double radius, double range, double skin);
   void build(std::span<const Body> bodies, double range, double skin, double time = 0);
   /// Whether a pair may have come within reach that was not found. Where not, `drifted` knows of
   /// the bodies' present radii.

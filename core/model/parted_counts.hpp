@@ -10,6 +10,13 @@
 
 namespace somas::model {
 
+/// Calls work(part) for each part; several need a team.
+template <class Work>
+void run_parts(Team* team, unsigned parts, Work& work) {
+  if (parts == 1) return work(0u);
+  team->run(parts, work);
+}
+
 /// Items of a lower part come before those of a higher one with the same key, so items in order
 /// that are cut into parts by place stay in order.
 class PartedCounts {
@@ -28,16 +35,16 @@ class PartedCounts {
   }
   /// From counts to the places where a part's next item of each key goes. start[key] is the first
   /// place of a key, start[keys] is behind the last. Returns how many items there are.
-  std::uint32_t to_places(Team& team, std::vector<std::uint32_t>& start) {
+  std::uint32_t to_places(Team* team, std::vector<std::uint32_t>& start) {
     start.resize(std::size_t{keys_} + 1);
     const auto sum_up = [&](unsigned part) { before_[part] = sum(stretch(keys_, part, parts_)); };
-    team.run(parts_, sum_up);
+    run_parts(team, parts_, sum_up);
     std::uint32_t all = 0;
     for (unsigned part = 0; part < parts_; ++part) all += std::exchange(before_[part], all);
     const auto place = [&](unsigned part) {
       put_places(stretch(keys_, part, parts_), before_[part], start.data());
     };
-    team.run(parts_, place);
+    run_parts(team, parts_, place);
     start[keys_] = all;
     return all;
   }

@@ -73,6 +73,9 @@ class Simulation {
   /// replaced, and helps one simulation at a time. Never changes what happens. Plugins' calls but
   /// Program::step stay with the calling thread.
   void use(Team* team);
+  /// Mechanics keeps at least so many cells (core/model/mechanics.hpp) island by island. Never
+  /// changes what happens.
+  void order_by_islands_from(std::size_t cells) { mechanics_.order_by_islands_from(cells); }
   /// Measures every step from now on into `profile` (null: no more), which must outlive it.
   void measure(Profile* profile);
 

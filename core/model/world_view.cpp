@@ -183,14 +183,13 @@ std::span<double> WorldView::force_y() {
 void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int32_t> cells) {
   require(Phase::stress, "first_hit");
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
-  if (!hits_ready_) hits_.prepare(mechanics_.bodies(), mechanics_.bins());
+  if (!hits_ready_)
+    hits_.prepare(mechanics_.bodies(), mechanics_.bins(), mechanics_.cells(), state_.cells.rank);
   hits_ready_ = true;
   // A path near the cells takes some eight times as long as a cell in a phase of the step.
   share(team_, static_cast<std::uint32_t>(segments.size()), 8 * segments.size(),
         [&](std::uint32_t begin, std::uint32_t end) {
           hits_.first(segments.subspan(begin, end - begin), cells.subspan(begin, end - begin));
-          for (std::int32_t& hit : cells.subspan(begin, end - begin))
-            hit = hit < 0 ? -1 : static_cast<std::int32_t>(state_.cells.order[std::size_t(hit)]);
         });
 }
 

@@ -475,8 +475,9 @@ TEST(FirstHitDeathTest, SurvivesACellOfNoFinitePlace) {
     const std::array<Disc, 3> discs{{{0, 0, 1, 0.1}, {place, 0, 1, 0.1}, {4, 0, 1, 0.1}}};
     DiscBins bins;
     bins.sort(discs, 1.2);
+    const std::array<std::uint32_t, 3> cells{0, 1, 2};
     HitFinder finder;
-    finder.prepare(bodies, bins);
+    finder.prepare(bodies, bins, cells, cells);
     return finder.first({-9, 0, 9, 0});
   };
   for (const double place :
