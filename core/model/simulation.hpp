@@ -71,7 +71,7 @@ class Simulation {
   void tell(Witness* witness);
   /// Shares the work of steps with `team` (null: nobody) from now on; it must outlive this or be
   /// replaced, and helps one simulation at a time. Never changes what happens. Plugins' calls but
-  /// Program::step stay with the calling thread.
+  /// Program::step stay with the calling thread, except for what they share (somas::Workers).
   void use(Team* team);
   /// Mechanics keeps at least so many cells (core/model/mechanics.hpp) island by island. Never
   /// changes what happens.

@@ -30,6 +30,21 @@ const char* text_of(double value) {
 
 }  // namespace
 
+void TeamWorkers::share(std::uint32_t count, std::uint32_t least, Call call, void* context) {
+  if (count == 0) return;
+  // `least` items are as much work as the cells that are worth a thread.
+  const std::uint64_t cells =
+      std::uint64_t{count} * cells_worth_a_thread / std::max(least, std::uint32_t{1});
+  model::share(team_, count, cells, [&](std::uint32_t begin, std::uint32_t end) {
+    if (begin < end) call(context, begin, end);
+  });
+}
+
+void* WorldView::extension(std::string_view id) const {
+  if (id == Workers::extension_id) return static_cast<Workers*>(&workers_);
+  return nullptr;
+}
+
 WorldView::WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
                      const MechanicsSolver& mechanics)
     : ecosystem_(ecosystem), state_(state), inputs_(inputs), mechanics_(mechanics) {

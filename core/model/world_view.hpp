@@ -2,7 +2,10 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
+
+#include "somas/sdk/workers.hpp"
 
 #include "core/model/ecosystem.hpp"
 #include "core/model/hits.hpp"
@@ -13,6 +16,19 @@
 
 namespace somas::model {
 
+/// Lets plugins share their work with a team.
+class TeamWorkers final : public Workers {
+ public:
+  void use(Team* team) { team_ = team; }
+  void share(std::uint32_t count, std::uint32_t least, Call call, void* context) override;
+  [[nodiscard]] std::uint32_t threads() const override {
+    return team_ == nullptr ? 1 : team_->threads();
+  }
+
+ private:
+  Team* team_ = nullptr;
+};
+
 class WorldView final : public World {
  public:
   /// All must outlive it. Hits are found among the cells as `mechanics` left them.
@@ -22,8 +38,12 @@ class WorldView final : public World {
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
   void act(Phase phase);
-  /// Shares the search for first hits with `team` (null: nobody) from now on.
-  void use(Team* team) { team_ = team; }
+  /// Shares the search for first hits, and what plugins share, with `team` (null: nobody) from now
+  /// on.
+  void use(Team* team) {
+    team_ = team;
+    workers_.use(team);
+  }
   /// Measures the calls of plugins from now on into `profile`, which may be null.
   void measure(Profile* profile) { profile_ = profile; }
   /// Accumulators for Phase::forces.
@@ -33,6 +53,7 @@ class WorldView final : public World {
   /// Asks the fitness; true: stop.
   [[nodiscard]] bool observe();
 
+  [[nodiscard]] void* extension(std::string_view id) const override;
   [[nodiscard]] std::uint64_t step() const override { return state_.step; }
   [[nodiscard]] const WorldInfo& info() const override { return ecosystem_.info(); }
   [[nodiscard]] const Cells& cells() const override { return cells_; }
@@ -74,6 +95,7 @@ class WorldView final : public World {
   std::vector<bool> skill_filled_;
   Profile* profile_ = nullptr;
   Team* team_ = nullptr;
+  mutable TeamWorkers workers_;  ///< handed out by const `extension`
 };
 
 }  // namespace somas::model

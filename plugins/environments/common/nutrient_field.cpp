@@ -3,7 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "somas/sdk/workers.hpp"
+
 namespace somas::environments {
+
+namespace {
+
+// What is worth a thread.
+constexpr std::uint32_t least_patches = 16384, least_cells = 2048;
+
+}  // namespace
 
 bool Region::contains(double x, double y) const {
   switch (shape) {
@@ -49,19 +58,24 @@ void NutrientField::set(World& world, double level) const {
 void NutrientField::regenerate(World& world) const {
   const Grid grid = world.grid(grid_);
   const double growth = world.parameter(regeneration_);
-  for (std::size_t i = 0; i < capacity_.size(); ++i)
-    grid.values[i] = std::min(grid.values[i] + growth, capacity_[i]);
+  const auto patches = static_cast<std::uint32_t>(capacity_.size());
+  share_work(world, patches, least_patches, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      grid.values[i] = std::min(grid.values[i] + growth, capacity_[i]);
+  });
 }
 
 void NutrientField::sense(World& world) const {
   const Grid grid = world.grid(grid_);
   const Cells& cells = world.cells();
   const std::span<float> sensed = world.sensor(sensor_);
-  for (std::uint32_t i = 0; i < cells.count; ++i) {
-    const std::int64_t patch = grid.index_of(cells.x[i], cells.y[i]);
-    const double capacity = patch < 0 ? 0 : capacity_[patch];
-    sensed[i] = capacity > 0 ? static_cast<float>(grid.values[patch] / capacity) : 0.0f;
-  }
+  share_work(world, cells.count, least_cells, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::int64_t patch = grid.index_of(cells.x[i], cells.y[i]);
+      const double capacity = patch < 0 ? 0 : capacity_[patch];
+      sensed[i] = capacity > 0 ? static_cast<float>(grid.values[patch] / capacity) : 0.0f;
+    }
+  });
 }
 
 }  // namespace somas::environments

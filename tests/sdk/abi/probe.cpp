@@ -1,6 +1,7 @@
 // Exports a function for every type that crosses the boundary, so that its debug information tells
 // the whole interface to abidw.
 #include <somas/sdk/plugin.hpp>
+#include <somas/sdk/workers.hpp>
 
 #define SOMAS_PROBE(type, name) \
   extern "C" __attribute__((visibility("default"))) void probe_##name(type*) {}
@@ -52,6 +53,7 @@ SOMAS_PROBE(somas::TreeSink, tree_sink)
 SOMAS_PROBE(somas::Value, value)
 SOMAS_PROBE(somas::Variable, variable)
 SOMAS_PROBE(somas::VariableSpec, variable_spec)
+SOMAS_PROBE(somas::Workers, workers)
 SOMAS_PROBE(somas::World, world)
 SOMAS_PROBE(somas::WorldInfo, world_info)
 SOMAS_PROBE(somas::PluginEntry, plugin_entry)
