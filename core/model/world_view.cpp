@@ -185,6 +185,7 @@ void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int3
   if (cells.size() < segments.size()) throw std::logic_error("first_hit: too few places for hits");
   if (!hits_ready_) hits_.prepare(mechanics_.bodies(), mechanics_.bins());
   hits_ready_ = true;
+  hits_.expect(segments.size(), team_);
   // A path near the cells takes some eight times as long as a cell in a phase of the step.
   share(team_, static_cast<std::uint32_t>(segments.size()), 8 * segments.size(),
         [&](std::uint32_t begin, std::uint32_t end) {
