@@ -14,22 +14,37 @@ namespace somas::model {
 namespace {
 
 constexpr std::uint32_t nobody = 0xFFFFFFFFu;  // -1
-/// Squares of the marks along a bin's side; the margin round the grid is one bin.
-constexpr std::uint32_t fineness = 4;
-/// Half the length of a short path, in sides of a bin.
-constexpr double short_half = 0.125;
+/// Squares of the marks along a bin's side; there is a margin of one bin all round.
+constexpr std::uint32_t fineness = 3;
+/// Half the length of a short path, in sides of a bin. With half a side, the farthest that a disc
+/// reaches, it is 1.98 squares: no more than two squares from the disc's own are near it.
+constexpr double short_half = 0.16;
+/// In a longer grid the rounding of a disc's place might be more than what is left.
+constexpr std::uint32_t longest_grid = 1 << 15;
 /// Paths that are looked up in the marks together, and paths searched for together.
 constexpr std::size_t most_looked_up = 512, most_searched = 32;
 /// Rows of bins whose discs are asked for early: all of a short path.
 constexpr std::uint32_t rows_fetched = 3;
 
-using FourItems = std::int32_t __attribute__((vector_size(16)));
+/// The lanes of a mask as bits.
+inline std::uint32_t lanes_of(const FourMask& mask) {
+#ifdef __AVX__
+  Four lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
+#else
+  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
+using FourPlaces = std::int32_t __attribute__((vector_size(16)));
 
 /// As whole numbers from 0 to `last`; what is no number as 0.
-inline void to_items(Four values, const Four& last, FourItems& items) {
-  values = values > 0 ? values : Four{};
-  values = values < last ? values : last;
-  items = __builtin_convertvector(values, FourItems);
+inline void to_items(const Four& values, const Four& last, FourPlaces& items) {
+  const Four none{};
+  const Four some = values > none ? values : none;
+  const Four within = some < last ? some : last;
+  items = __builtin_convertvector(within, FourPlaces);
 }
 
 }  // namespace
@@ -80,8 +95,10 @@ void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins) {
 void HitFinder::expect(std::size_t paths, Team* team) {
   constexpr std::size_t many = 1024;
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  const bool pays = paths >= many || paths >= bodies_.size();
-  if (!marked_ && pays && bins_->side() < infinite && bins_->per_length() < infinite) mark(team);
+  if (marked_ || (paths < many && paths < bodies_.size())) return;
+  const bool precise = bins_->columns() < longest_grid && bins_->rows() < longest_grid &&
+                       bins_->side() < infinite && bins_->per_length() < infinite;
+  if (precise) mark(team);
 }
 
 void HitFinder::mark(Team* team) {
@@ -97,35 +114,33 @@ void HitFinder::mark(Team* team) {
 }
 
 /// Marks squares in rows of bins, the lower margin being the first, that are near the discs in
-/// these rows, in the one below and in the one above: no disc reaches farther.
+/// these rows, in the one below and in the one above.
 void HitFinder::mark_round(std::uint32_t begin_row, std::uint32_t end_row) {
   const std::uint32_t begin = begin_row * fineness, end = end_row * fineness;
-  std::fill(&marks_[std::size_t{begin} * stride_], &marks_[0] + std::size_t{end} * stride_, 0);
-  // The outermost squares stay free: all that is beyond is looked up there.
-  const auto low = static_cast<std::int32_t>(std::max(begin, 1u));
-  const auto high = static_cast<std::int32_t>(std::min(end, rows_ - 1) - 1);
-  const auto right_most = static_cast<std::int32_t>(columns_ - 2);
+  const auto marks = marks_.begin();
+  std::fill(marks + static_cast<std::ptrdiff_t>(std::size_t{begin} * stride_),
+            marks + static_cast<std::ptrdiff_t>(std::size_t{end} * stride_), 0);
   const std::size_t first = begin_row < 2 ? 0 : begin_row - 2;
   const std::size_t last = std::min(end_row, bins_->rows());
   const std::uint32_t discs_end = bins_->start(last * bins_->columns());
+  const double per_square = per_square_;
+  const double width = columns_ - 2 * fineness, height = rows_ - 2 * fineness;
   for (std::uint32_t k = bins_->start(first * bins_->columns()); k < discs_end; ++k) {
-    const double reach =
-        (bins_->reach()[k] + short_half * bins_->side()) * (1 + 1e-9) * per_square_;
-    const double x = bins_->x()[k] * per_square_ + fineness;
-    const double y = bins_->y()[k] * per_square_ + fineness;
-    // Discs that are nowhere are near nothing.
-    if (!((x <= columns_) & (y <= rows_) & (reach <= columns_ + rows_))) continue;
-    const std::int32_t left = std::max(static_cast<std::int32_t>(x - reach), 1);
-    const std::int32_t right = std::min(static_cast<std::int32_t>(x + reach), right_most);
-    const std::int32_t bottom = std::max(static_cast<std::int32_t>(y - reach), low);
-    const std::int32_t top = std::min(static_cast<std::int32_t>(y + reach), high);
-    for (std::int32_t word = left / 64; word <= right / 64; ++word) {
-      std::uint64_t bits = ~std::uint64_t{0};
-      if (word == left / 64) bits &= ~std::uint64_t{0} << (left % 64);
-      if (word == right / 64) bits &= ~std::uint64_t{0} >> (63 - right % 64);
-      for (std::int32_t row = bottom; row <= top; ++row)
-        marks_[static_cast<std::size_t>(row) * stride_ + static_cast<std::size_t>(word)] |= bits;
-    }
+    const double x = bins_->x()[k] * per_square, y = bins_->y()[k] * per_square;
+    // Discs that are nowhere are near nothing. The last may be rounded past the border.
+    if (!((x >= 0) & (x < width + 1) & (y >= 0) & (y < height + 1))) continue;
+    const std::uint32_t left = static_cast<std::uint32_t>(x) + fineness - 2;
+    const std::uint32_t bottom = static_cast<std::uint32_t>(y) + fineness - 2;
+    // Two squares on either side of its own; seldom in two words.
+    constexpr std::uint64_t five = 0b11111;
+    const std::uint32_t shift = left % 64;
+    std::uint64_t* word = &marks_[0] + left / 64;
+    const auto mark = [&](std::size_t row, std::uint64_t bits) { word[row * stride_] |= bits; };
+    const std::uint32_t low = std::max(bottom, begin), high = std::min(bottom + 5, end);
+    for (std::uint32_t row = low; row < high; ++row) mark(row, five << shift);
+    if (shift <= 59) continue;
+    ++word;
+    for (std::uint32_t row = low; row < high; ++row) mark(row, five >> (64 - shift));
   }
 }
 
@@ -138,26 +153,33 @@ std::size_t HitFinder::list_near(std::span<const Segment> segments, std::uint32_
     return listed;
   }
   const Four last_column = Four{} + (columns_ - 1.0), last_row = Four{} + (rows_ - 1.0);
+  const Four left = Four{} + bins_->left(), bottom = Four{} + bins_->bottom();
+  const double per_square = per_square_, most_square = short_ * short_;
+  const std::uint64_t* marks = marks_.data();
+  const auto stride = static_cast<std::int32_t>(stride_);
   for (std::size_t i = 0; i < segments.size(); i += 4) {
-    const std::size_t last = segments.size() - 1;
+    // The last ones are joined by the very last again.
+    const auto path = [&](std::size_t lane) -> const Segment& {
+      return segments[std::min(i + lane, segments.size() - 1)];
+    };
     Four s[4];
-    read_columns(segments[i], segments[std::min(i + 1, last)], segments[std::min(i + 2, last)],
-                 segments[std::min(i + 3, last)], s);
+    read_columns(path(0), path(1), path(2), path(3), s);
     const Four dx = s[2] - s[0], dy = s[3] - s[1];
-    const FourMask may_be_long = ~(dx * dx + dy * dy <= short_ * short_);
-    const Four x = (0.5 * s[0] + 0.5 * s[2] - bins_->left()) * per_square_ + fineness;
-    const Four y = (0.5 * s[1] + 0.5 * s[3] - bins_->bottom()) * per_square_ + fineness;
-    FourItems column, row;
+    const std::uint32_t is_short = lanes_of(dx * dx + dy * dy <= most_square);
+    const Four x = (0.5 * s[0] + 0.5 * s[2] - left) * per_square + fineness;
+    const Four y = (0.5 * s[1] + 0.5 * s[3] - bottom) * per_square + fineness;
+    FourPlaces column, row;
     to_items(x, last_column, column);
     to_items(y, last_row, row);
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      const auto c = static_cast<std::size_t>(column[lane]);
-      const std::uint64_t word = marks_[static_cast<std::size_t>(row[lane]) * stride_ + c / 64];
-      near[listed] = static_cast<std::uint32_t>(i + lane);
-      listed += ((word >> (c % 64)) | static_cast<std::uint64_t>(may_be_long[lane])) & 1 &
-                static_cast<std::uint64_t>(i + lane <= last);
+    const FourPlaces word = row * stride + (column >> 6);
+    for (std::uint32_t lane = 0; lane < 4; ++lane) {
+      const std::uint64_t mark =
+          marks[static_cast<std::uint32_t>(word[lane])] >> (column[lane] & 63);
+      near[listed] = static_cast<std::uint32_t>(i) + lane;
+      listed += (mark | ~is_short >> lane) & 1;
     }
   }
+  while (listed > 0 && near[listed - 1] >= segments.size()) --listed;
   return listed;
 }
 
@@ -213,7 +235,7 @@ void HitFinder::find_windows(Search& search) const {
     const double length = size[0] + size[1];  // at least the path's
     // Only discs whose centre lies within the widest reach of the path's bounds can be met.
     const Four bounds = __builtin_shufflevector(low - wider, high + wider, 0, 1, 6, 7);
-    FourItems bin;
+    FourPlaces bin;
     to_items(bounds * bins_->per_length(), last, bin);
     Search::Window& window = search.windows[p];
     window.bin =
