@@ -258,6 +258,7 @@ void first_hits(benchmark::State& state) {
     model::HitFinder finder;
     for (auto _ : state) {
       finder.prepare(bodies, bins, cells.order, cells.rank);
+      finder.expect(paths.size());
       finder.first(paths, hits);
       benchmark::DoNotOptimize(hits.data());
       benchmark::ClobberMemory();

@@ -1,9 +1,11 @@
 #include "core/model/hits.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/model/lanes.hpp"
 
@@ -12,6 +14,38 @@ namespace somas::model {
 namespace {
 
 constexpr std::uint32_t nobody = 0xFFFFFFFFu;
+/// Squares of the marks along a bin's side; there is a margin of one bin all round.
+constexpr std::uint32_t fineness = 3;
+/// Half the length of a short path, in sides of a bin. With half a side, the farthest that a disc
+/// reaches, it is 1.98 squares: no more than two squares from the disc's own are near it.
+constexpr double short_half = 0.16;
+/// In a longer grid the rounding of a disc's place might be more than what is left.
+constexpr std::uint32_t longest_grid = 1 << 15;
+/// Paths that are looked up in the marks together, and paths searched for together.
+constexpr std::size_t most_looked_up = 512, most_searched = 32;
+/// Rows of bins whose discs are asked for early: all of a short path.
+constexpr std::uint32_t rows_fetched = 3;
+
+/// The lanes of a mask as bits.
+inline std::uint32_t lanes_of(const FourMask& mask) {
+#ifdef __AVX__
+  Four lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
+#else
+  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
+using FourPlaces = std::int32_t __attribute__((vector_size(16)));
+
+/// As whole numbers from 0 to `last`; what is no number as 0.
+inline void to_items(const Four& values, const Four& last, FourPlaces& items) {
+  const Four none{};
+  const Four some = values > none ? values : none;
+  const Four within = some < last ? some : last;
+  items = __builtin_convertvector(within, FourPlaces);
+}
 
 }  // namespace
 
@@ -29,94 +63,249 @@ double meeting(const Segment& s, double x, double y, double radius) {
   return t <= 1 ? t : -1;
 }
 
+/// Paths that are searched for together.
+struct HitFinder::Search {
+  /// The bins with all discs that a path may meet, and a circle round the path.
+  struct Window {
+    std::size_t bin;  ///< the first; `high` rows of `wide` bins
+    std::uint32_t wide, high;
+    float x, y, radius;
+    std::array<std::uint32_t, rows_fetched> discs;  ///< where the discs of the first rows begin
+  };
+  /// A cell that a path may meet.
+  struct Candidate {
+    std::uint32_t path, place;
+  };
+
+  std::size_t count = 0;
+  std::array<Segment, most_searched> paths;
+  std::array<Window, most_searched> windows;
+  std::array<std::uint32_t, most_searched> best;
+  std::array<double, most_searched> best_distance;
+  std::size_t candidate_count = 0;
+  std::array<Candidate, 128> candidates;
+};
+
 void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins,
                         std::span<const std::uint32_t> cells, std::span<const std::uint32_t> rank) {
   bodies_ = bodies;
   cells_ = cells;
   rank_ = rank;
   bins_ = &bins;
-  mark_inhabited();
+  marked_ = false;
 }
 
-void HitFinder::mark_inhabited() {
-  // A bin counts when it or one of the eight round it holds a cell. There is one bin more on every
-  // side, so that what starts in it needs no other question.
-  const std::size_t columns = bins_->columns(), rows = bins_->rows();
-  const std::size_t stride = columns + 2;
-  around_.assign(stride * (rows + 2), 0);
-  inhabited_.assign(columns + 4, 0);
-  for (std::size_t r = 0; r < rows; ++r) {
-    for (std::size_t c = 0; c < columns; ++c)
-      inhabited_[c + 2] =
-          bins_->start(r * columns + c) != bins_->start(r * columns + c + 1) ? 1 : 0;
-    const std::uint8_t* here = inhabited_.data();
-    for (std::size_t near = r; near < r + 3; ++near)
-      for (std::size_t c = 0; c < stride; ++c)
-        around_[near * stride + c] |= here[c] | here[c + 1] | here[c + 2];
+void HitFinder::expect(std::size_t paths, Team* team) {
+  constexpr std::size_t many = 1024;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  if (marked_ || (paths < many && paths < bodies_.size())) return;
+  const bool precise = bins_->columns() < longest_grid && bins_->rows() < longest_grid &&
+                       bins_->side() < infinite && bins_->per_length() < infinite;
+  if (precise) mark(team);
+}
+
+void HitFinder::mark(Team* team) {
+  columns_ = fineness * (bins_->columns() + 2);
+  rows_ = fineness * (bins_->rows() + 2);
+  stride_ = columns_ / 64 + 1;
+  per_square_ = fineness * bins_->per_length();
+  short_ = 2 * short_half * bins_->side();
+  marks_.resize(std::size_t{stride_} * rows_);
+  share(team, bins_->rows() + 2, bodies_.size(),
+        [this](std::uint32_t begin, std::uint32_t end) { mark_round(begin, end); });
+  marked_ = true;
+}
+
+/// Marks squares in rows of bins, the lower margin being the first, that are near the discs in
+/// these rows, in the one below and in the one above.
+void HitFinder::mark_round(std::uint32_t begin_row, std::uint32_t end_row) {
+  const std::uint32_t begin = begin_row * fineness, end = end_row * fineness;
+  const auto marks = marks_.begin();
+  std::fill(marks + static_cast<std::ptrdiff_t>(std::size_t{begin} * stride_),
+            marks + static_cast<std::ptrdiff_t>(std::size_t{end} * stride_), 0);
+  const std::size_t first = begin_row < 2 ? 0 : begin_row - 2;
+  const std::size_t last = std::min(end_row, bins_->rows());
+  const std::uint32_t discs_end = bins_->start(last * bins_->columns());
+  const double per_square = per_square_;
+  const double width = columns_ - 2 * fineness, height = rows_ - 2 * fineness;
+  for (std::uint32_t k = bins_->start(first * bins_->columns()); k < discs_end; ++k) {
+    const double x = bins_->x()[k] * per_square, y = bins_->y()[k] * per_square;
+    // Discs that are nowhere are near nothing. The last may be rounded past the border.
+    if (!((x >= 0) & (x < width + 1) & (y >= 0) & (y < height + 1))) continue;
+    const std::uint32_t left = static_cast<std::uint32_t>(x) + fineness - 2;
+    const std::uint32_t bottom = static_cast<std::uint32_t>(y) + fineness - 2;
+    // Two squares on either side of its own; seldom in two words.
+    constexpr std::uint64_t five = 0b11111;
+    const std::uint32_t shift = left % 64;
+    std::uint64_t* word = &marks_[0] + left / 64;
+    const auto mark = [&](std::size_t row, std::uint64_t bits) { word[row * stride_] |= bits; };
+    const std::uint32_t low = std::max(bottom, begin), high = std::min(bottom + 5, end);
+    for (std::uint32_t row = low; row < high; ++row) mark(row, five << shift);
+    if (shift <= 59) continue;
+    ++word;
+    for (std::uint32_t row = low; row < high; ++row) mark(row, five >> (64 - shift));
   }
 }
 
+/// Lists the segments that may meet a cell, at most `most_looked_up`, without a branch for each:
+/// nobody could foretell it.
+std::size_t HitFinder::list_near(std::span<const Segment> segments, std::uint32_t* near) const {
+  std::size_t listed = 0;
+  if (!marked_) {
+    for (; listed < segments.size(); ++listed) near[listed] = static_cast<std::uint32_t>(listed);
+    return listed;
+  }
+  const Four last_column = Four{} + (columns_ - 1.0), last_row = Four{} + (rows_ - 1.0);
+  const Four left = Four{} + bins_->left(), bottom = Four{} + bins_->bottom();
+  const double per_square = per_square_, most_square = short_ * short_;
+  const std::uint64_t* marks = marks_.data();
+  const auto stride = static_cast<std::int32_t>(stride_);
+  for (std::size_t i = 0; i < segments.size(); i += 4) {
+    // The last ones are joined by the very last again.
+    const auto path = [&](std::size_t lane) -> const Segment& {
+      return segments[std::min(i + lane, segments.size() - 1)];
+    };
+    Four s[4];
+    read_columns(path(0), path(1), path(2), path(3), s);
+    const Four dx = s[2] - s[0], dy = s[3] - s[1];
+    const std::uint32_t is_short = lanes_of(dx * dx + dy * dy <= most_square);
+    const Four x = (0.5 * s[0] + 0.5 * s[2] - left) * per_square + fineness;
+    const Four y = (0.5 * s[1] + 0.5 * s[3] - bottom) * per_square + fineness;
+    FourPlaces column, row;
+    to_items(x, last_column, column);
+    to_items(y, last_row, row);
+    const FourPlaces word = row * stride + (column >> 6);
+    for (std::uint32_t lane = 0; lane < 4; ++lane) {
+      const std::uint64_t mark =
+          marks[static_cast<std::uint32_t>(word[lane])] >> (column[lane] & 63);
+      near[listed] = static_cast<std::uint32_t>(i) + lane;
+      listed += (mark | ~is_short >> lane) & 1;
+    }
+  }
+  while (listed > 0 && near[listed - 1] >= segments.size()) --listed;
+  return listed;
+}
+
 void HitFinder::first(std::span<const Segment> segments, std::span<std::int32_t> hits) const {
-  for (std::size_t i = 0; i < segments.size(); ++i) hits[i] = first(segments[i]);
+  std::array<std::uint32_t, most_looked_up + 4> near;
+  Search search;
+  for (std::size_t begin = 0; begin < segments.size(); begin += most_looked_up) {
+    const std::size_t looked_up = std::min(most_looked_up, segments.size() - begin);
+    const std::size_t listed = list_near(segments.subspan(begin, looked_up), near.data());
+    std::fill_n(hits.begin() + static_cast<std::ptrdiff_t>(begin), looked_up, -1);
+    for (std::size_t n = 0; n < listed; n += most_searched) {
+      search.count = std::min(most_searched, listed - n);
+      for (std::size_t p = 0; p < search.count; ++p)
+        search.paths[p] = segments[begin + near[n + p]];
+      find(search);
+      for (std::size_t p = 0; p < search.count; ++p)
+        if (search.best[p] != nobody)
+          hits[begin + near[n + p]] = static_cast<std::int32_t>(cells_[search.best[p]]);
+    }
+  }
 }
 
-/// Of a path no longer than a bin's side: only cells of the bins round its start can be met.
-bool HitFinder::far_from_all(const Segment& s, double length) const {
-  if (!(length + bins_->widest() < 0.999 * bins_->side())) return false;
-  const double column = (s.x0 - bins_->left()) * bins_->per_length() + 1;
-  const double row = (s.y0 - bins_->bottom()) * bins_->per_length() + 1;
-  const std::uint32_t columns = bins_->columns() + 2, rows = bins_->rows() + 2;
-  if (!((column >= 0) & (column < columns) & (row >= 0) & (row < rows))) return true;
-  return around_[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] == 0;
+std::int32_t HitFinder::first(const Segment& segment) const {
+  std::int32_t hit = -1;
+  first(std::span(&segment, 1), std::span(&hit, 1));
+  return hit;
 }
 
-std::int32_t HitFinder::first(const Segment& s) const {
-  const double x_low = std::min(s.x0, s.x1) - bins_->left();
-  const double x_high = std::max(s.x0, s.x1) - bins_->left();
-  const double y_low = std::min(s.y0, s.y1) - bins_->bottom();
-  const double y_high = std::max(s.y0, s.y1) - bins_->bottom();
-  const double length = (x_high - x_low) + (y_high - y_low);  // at least the path's
-  if (!(length >= 0) || far_from_all(s, length)) return -1;
-  // Only discs whose centre lies within the widest reach of the path's bounds can be met.
-  const auto bin = [this](double v, std::uint32_t bins) {
-    return static_cast<std::size_t>(std::clamp(v * bins_->per_length(), 0.0, double(bins - 1)));
-  };
-  const double widest = bins_->widest();
-  const std::size_t c0 = bin(x_low - widest, bins_->columns());
-  const std::size_t c1 = bin(x_high + widest, bins_->columns());
-  const std::size_t r0 = bin(y_low - widest, bins_->rows());
-  const std::size_t r1 = bin(y_high + widest, bins_->rows());
-  const auto x = static_cast<float>(s.x0 - bins_->left());
-  const auto y = static_cast<float>(s.y0 - bins_->bottom());
-  const auto way = static_cast<float>(length * (1 + 4 * DiscBins::rounding));
-  std::uint32_t best = nobody;
-  double best_distance = 2;
-  for (std::size_t r = r0; r <= r1; ++r) {
-    const std::uint32_t begin = bins_->start(r * bins_->columns() + c0);
-    const std::uint32_t end = bins_->start(r * bins_->columns() + c1 + 1);
-    for (std::uint32_t k = begin; k < end; k += 8) {
-      // Most candidates are too far off to be met at all.
-      constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
+/// What a step is going to read has been asked for by the one before.
+void HitFinder::find(Search& search) const {
+  find_windows(search);
+  fetch_discs(search);
+  for (std::size_t p = 0; p < search.count; ++p) {
+    search.best[p] = nobody;
+    search.best_distance[p] = 2;
+  }
+  search.candidate_count = 0;
+  for (std::uint32_t p = 0; p < search.count; ++p) list_candidates(search, p);
+  meet_candidates(search);
+}
+
+void HitFinder::find_windows(Search& search) const {
+  const Four corner{bins_->left(), bins_->bottom(), bins_->left(), bins_->bottom()};
+  const double last_column = bins_->columns() - 1.0, last_row = bins_->rows() - 1.0;
+  const Four last{last_column, last_row, last_column, last_row};
+  const Four wider = Four{} + bins_->widest();
+  for (std::size_t p = 0; p < search.count; ++p) {
+    Four path;
+    std::memcpy(&path, &search.paths[p], sizeof path);
+    path -= corner;
+    const Four back = __builtin_shufflevector(path, path, 2, 3, 0, 1);
+    const Four low = path < back ? path : back, high = path < back ? back : path;
+    const Four size = high - low;
+    const double length = size[0] + size[1];  // at least the path's
+    // Only discs whose centre lies within the widest reach of the path's bounds can be met.
+    const Four bounds = __builtin_shufflevector(low - wider, high + wider, 0, 1, 6, 7);
+    FourPlaces bin;
+    to_items(bounds * bins_->per_length(), last, bin);
+    Search::Window& window = search.windows[p];
+    window.bin =
+        static_cast<std::size_t>(bin[1]) * bins_->columns() + static_cast<std::size_t>(bin[0]);
+    window.wide = static_cast<std::uint32_t>(bin[2] - bin[0] + 1);
+    window.high = length >= 0 ? static_cast<std::uint32_t>(bin[3] - bin[1] + 1) : 0;
+    const Four middle = 0.5 * path + 0.5 * back;
+    window.x = static_cast<float>(middle[0]);
+    window.y = static_cast<float>(middle[1]);
+    window.radius = static_cast<float>(0.5 * length * (1 + 4 * DiscBins::rounding));
+    for (std::uint32_t row = 0; row < std::min(window.high, rows_fetched); ++row)
+      window.discs[row] = bins_->start(window.bin + std::size_t{row} * bins_->columns());
+  }
+}
+
+void HitFinder::fetch_discs(const Search& search) const {
+  for (std::size_t p = 0; p < search.count; ++p) {
+    const Search::Window& window = search.windows[p];
+    for (std::uint32_t row = 0; row < std::min(window.high, rows_fetched); ++row) {
+      const std::uint32_t k = window.discs[row];
+      __builtin_prefetch(bins_->x() + k);
+      __builtin_prefetch(bins_->y() + k);
+      __builtin_prefetch(bins_->reach() + k);
+      __builtin_prefetch(bins_->items() + k);
+    }
+  }
+}
+
+/// Most discs in the window are too far off to be met at all.
+void HitFinder::list_candidates(Search& search, std::uint32_t path) const {
+  constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
+  const Search::Window& window = search.windows[path];
+  std::size_t bin = window.bin;
+  for (std::uint32_t row = 0; row < window.high; ++row, bin += bins_->columns()) {
+    const std::uint32_t end = bins_->start(bin + window.wide);
+    for (std::uint32_t k = bins_->start(bin); k < end; k += 8) {
       EightFloats xs, ys, reach;
       std::memcpy(&xs, bins_->x() + k, sizeof xs);
       std::memcpy(&ys, bins_->y() + k, sizeof ys);
       std::memcpy(&reach, bins_->reach() + k, sizeof reach);
-      const EightFloats dx = xs - x, dy = ys - y;
-      reach += way;
+      const EightFloats dx = xs - window.x, dy = ys - window.y;
+      reach += window.radius;
       const EightMask near =
           (dx * dx + dy * dy <= reach * reach) & (lanes < static_cast<std::int32_t>(end - k));
+      if (search.candidate_count > search.candidates.size() - 8) meet_candidates(search);
       for (std::uint32_t set = bits_of(near); set != 0; set &= set - 1) {
         const std::uint32_t place =
             bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
-        const Body& body = bodies_[place];
-        const double t = meeting(s, body.x, body.y, body.radius);
-        if (t < 0 || t > best_distance || (t == best_distance && is_later(place, best))) continue;
-        best = place;
-        best_distance = t;
+        __builtin_prefetch(&bodies_[place]);
+        search.candidates[search.candidate_count++] = {path, place};
       }
     }
   }
-  return best == nobody ? -1 : static_cast<std::int32_t>(cells_[best]);
+}
+
+void HitFinder::meet_candidates(Search& search) const {
+  for (const auto [path, place] : std::span(search.candidates).first(search.candidate_count)) {
+    const Body& body = bodies_[place];
+    const double t = meeting(search.paths[path], body.x, body.y, body.radius);
+    std::uint32_t& best = search.best[path];
+    double& distance = search.best_distance[path];
+    if (t < 0 || t > distance || (t == distance && is_later(place, best))) continue;
+    best = place;
+    distance = t;
+  }
+  search.candidate_count = 0;
 }
 
 }  // namespace somas::model

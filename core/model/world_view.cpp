@@ -201,8 +201,9 @@ void WorldView::first_hit(std::span<const Segment> segments, std::span<std::int3
   if (!hits_ready_)
     hits_.prepare(mechanics_.bodies(), mechanics_.bins(), mechanics_.cells(), state_.cells.rank);
   hits_ready_ = true;
-  // A path near the cells takes some eight times as long as a cell in a phase of the step.
-  share(team_, static_cast<std::uint32_t>(segments.size()), 8 * segments.size(),
+  hits_.expect(segments.size(), team_);
+  // A path near the cells takes some three times as long as a cell in a phase of the step.
+  share(team_, static_cast<std::uint32_t>(segments.size()), 3 * segments.size(),
         [&](std::uint32_t begin, std::uint32_t end) {
           hits_.first(segments.subspan(begin, end - begin), cells.subspan(begin, end - begin));
         });

@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
+#include <vector>
 
 #include "somas/sdk/math.hpp"
+#include "somas/sdk/workers.hpp"
 
 namespace somas::environments {
 
@@ -22,20 +27,36 @@ namespace {
 constexpr double most_particles = 1e7;
 /// Of a block. Many, since the host may share the search for hits among threads.
 constexpr std::size_t most_paths = 4096;
-/// 0 or 1 for each particle of a block, with room to look at eight at a time.
-using Marks = std::array<std::int64_t, most_paths + 8>;
+/// Enough for threads that are not equally fast.
+constexpr std::size_t blocks_per_thread = 8;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
-/// Calls visit(k) for the eight around each mark that is set, in order: most are far from any.
-template <class Visit>
-void each_group(const Marks& marks, std::size_t count, const Visit& visit) {
-  for (std::size_t group = 0; group < count; group += 8) {
-    std::int64_t any = 0;
-    for (std::size_t k = group; k < group + 8; ++k) any |= marks[k];
-    if (any == 0) continue;
-    for (std::size_t k = group; k < std::min(group + 8, count); ++k) visit(k);
-  }
+// Four particles side by side, in one register where there is one so wide.
+using Four = double __attribute__((vector_size(32)));
+using FourMask = std::int64_t __attribute__((vector_size(32)));
+
+/// The lanes of a mask as bits.
+inline std::uint32_t bits_of(const FourMask& mask) {
+#ifdef __AVX__
+  Four lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
+#else
+  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
+}
+
+/// Four rows from four columns.
+inline void transpose(const Four (&column)[4], Four (&row)[4]) {
+  const Four even01 = __builtin_shufflevector(column[0], column[1], 0, 4, 2, 6);
+  const Four odd01 = __builtin_shufflevector(column[0], column[1], 1, 5, 3, 7);
+  const Four even23 = __builtin_shufflevector(column[2], column[3], 0, 4, 2, 6);
+  const Four odd23 = __builtin_shufflevector(column[2], column[3], 1, 5, 3, 7);
+  row[0] = __builtin_shufflevector(even01, even23, 0, 1, 4, 5);
+  row[1] = __builtin_shufflevector(odd01, odd23, 0, 1, 4, 5);
+  row[2] = __builtin_shufflevector(even01, even23, 2, 3, 6, 7);
+  row[3] = __builtin_shufflevector(odd01, odd23, 2, 3, 6, 7);
 }
 
 }  // namespace
@@ -122,11 +143,30 @@ void ParticleAggression::launch(const Particles& p, std::size_t i, Rng rng) cons
 /// A rectangle that holds all cells; empty, and so far from everything, when there are none.
 struct ParticleAggression::Box {
   explicit Box(const Cells& cells) {
-    for (std::uint32_t i = 0; i < cells.count; ++i) {
-      left = std::min(left, cells.x[i] - cells.radius[i]);
-      right = std::max(right, cells.x[i] + cells.radius[i]);
-      bottom = std::min(bottom, cells.y[i] - cells.radius[i]);
-      top = std::max(top, cells.y[i] + cells.radius[i]);
+    Four low_x = Four{} + left, high_x = Four{} + right;
+    Four low_y = Four{} + bottom, high_y = Four{} + top;
+    const auto hold = [&](const Four& x, const Four& y, const Four& radius) {
+      const Four x0 = x - radius, x1 = x + radius, y0 = y - radius, y1 = y + radius;
+      low_x = x0 < low_x ? x0 : low_x;
+      high_x = x1 > high_x ? x1 : high_x;
+      low_y = y0 < low_y ? y0 : low_y;
+      high_y = y1 > high_y ? y1 : high_y;
+    };
+    std::uint32_t i = 0;
+    for (; i + 4 <= cells.count; i += 4) {
+      Four x, y, radius;
+      std::memcpy(&x, &cells.x[i], sizeof x);
+      std::memcpy(&y, &cells.y[i], sizeof y);
+      std::memcpy(&radius, &cells.radius[i], sizeof radius);
+      hold(x, y, radius);
+    }
+    for (; i < cells.count; ++i)
+      hold(Four{} + cells.x[i], Four{} + cells.y[i], Four{} + cells.radius[i]);
+    for (int lane = 0; lane < 4; ++lane) {
+      left = std::min(left, low_x[lane]);
+      right = std::max(right, high_x[lane]);
+      bottom = std::min(bottom, low_y[lane]);
+      top = std::max(top, high_y[lane]);
     }
   }
   double left = nowhere, right = -nowhere, bottom = nowhere, top = -nowhere;
@@ -134,99 +174,140 @@ struct ParticleAggression::Box {
 
 /// Particles that fly side by side.
 struct ParticleAggression::Block {
-  std::size_t count = 0;
-  std::array<double, most_paths> x, y;  ///< where they come to
-  Marks near;                           ///< 1: may meet a cell on the way
-  Marks leaves;                         ///< 1: past the far side, or spent
-  // Of those that are near, with room for one more: the place in the block, the path, who is hit.
-  std::array<std::uint32_t, most_paths + 1> place;
-  std::array<Segment, most_paths + 1> paths;
+  std::size_t begin = 0, count = 0;
+  /// A bit for each: past the far side, or spent.
+  std::array<std::uint64_t, most_paths / 64> leaves;
+  // Of those that may meet a cell on the way, with room for four more: the place in the block, the
+  // path, who is hit.
+  std::array<std::uint32_t, most_paths + 4> place;
+  std::array<Segment, most_paths + 4> paths;
   std::array<std::int32_t, most_paths> hits;
   std::size_t near_count = 0;
+
+  void place_at(std::size_t first, std::size_t particles) { begin = first, count = particles; }
 };
 
 void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
   const Box inhabited(world.cells());
-  // A block at a time, so that its paths are still in a cache when the hits are known.
-  Block block;
+  // A round of blocks at a time, so that particles are still in a cache when the hits are known.
+  const std::size_t rows = table.rows(), threads = threads_of(world);
+  const std::size_t most_blocks = threads == 1 ? 1 : blocks_per_thread * threads;
+  static thread_local std::vector<Block> blocks;  // too large for a stack
+  blocks.resize(
+      std::max(blocks.size(), std::min(most_blocks, (rows + most_paths - 1) / most_paths)));
   std::size_t kept = 0;
-  for (std::size_t begin = 0; begin < table.rows(); begin += most_paths) {
-    block.count = std::min(most_paths, table.rows() - begin);
-    advance(p, begin, inhabited, block);
-    if (block.near_count > 0)
-      world.first_hit(std::span(block.paths).first(block.near_count),
-                      std::span(block.hits).first(block.near_count));
-    kept = settle(world, p, begin, kept, block);
+  for (std::size_t begin = 0; begin < rows;) {
+    std::size_t count = 0;
+    for (; count < most_blocks && begin < rows; begin += blocks[count++].count)
+      blocks[count].place_at(begin, std::min(most_paths, rows - begin));
+    const std::span<Block> round = std::span(blocks).first(count);
+    share_work(world, static_cast<std::uint32_t>(count), 1,
+               [&](std::uint32_t first, std::uint32_t end) {
+                 for (std::uint32_t b = first; b < end; ++b) advance(p, inhabited, round[b]);
+               });
+    for (Block& block : round) strike(world, p, block);
+    kept = close_ranks(world, p, round, kept);
   }
   table.resize(static_cast<std::uint32_t>(kept));
 }
 
-/// Where the particles from `begin` on come to, who leaves, and the paths of those that come near
-/// the cells: most are too far off to meet any.
-void ParticleAggression::advance(const Particles& p, std::size_t begin, const Box& inhabited,
-                                 Block& block) const {
-  const double limit = spawn_radius_ * spawn_radius_;
-  const double* x0 = &p.x[begin];
-  const double* y0 = &p.y[begin];
-  const double* vx = &p.vx[begin];
-  const double* vy = &p.vy[begin];
-  for (std::size_t k = 0; k < block.count; ++k) {
-    const double x = x0[k] + vx[k], y = y0[k] + vy[k];
-    const double low_x = x < x0[k] ? x : x0[k], high_x = x < x0[k] ? x0[k] : x;
-    const double low_y = y < y0[k] ? y : y0[k], high_y = y < y0[k] ? y0[k] : y;
-    const bool across = (high_x >= inhabited.left) & (low_x <= inhabited.right);
-    const bool up = (high_y >= inhabited.bottom) & (low_y <= inhabited.top);
-    const bool beyond = x * x + y * y > limit, outwards = x * vx[k] + y * vy[k] > 0;
-    block.x[k] = x;
-    block.y[k] = y;
-    block.near[k] = (across & up) ? 1 : 0;
-    block.leaves[k] = (beyond & outwards) ? 1 : 0;
-  }
-  std::fill_n(block.near.begin() + block.count, 8, 0);
-  std::fill_n(block.leaves.begin() + block.count, 8, 0);
-  // Those launched together come near together.
-  block.near_count = 0;
-  each_group(block.near, block.count, [&](std::size_t k) {
-    block.place[block.near_count] = static_cast<std::uint32_t>(k);
-    block.paths[block.near_count] = {x0[k], y0[k], block.x[k], block.y[k]};
-    block.near_count += static_cast<std::size_t>(block.near[k]);
-  });
+/// The particles of the block move; who is past the far side leaves; the paths of those that come
+/// near the cells are listed: most are too far off to meet any.
+void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block& block) const {
+  const Four limit = Four{} + spawn_radius_ * spawn_radius_;
+  const Four left = Four{} + inhabited.left, right = Four{} + inhabited.right;
+  const Four bottom = Four{} + inhabited.bottom, top = Four{} + inhabited.top;
+  double *xs = &p.x[block.begin], *ys = &p.y[block.begin];
+  const double *vxs = &p.vx[block.begin], *vys = &p.vy[block.begin];
+  const std::size_t count = block.count;
+  std::size_t near_count = 0;
+  // From place k on, as many as are asked for of four lanes; those in others stand still.
+  const auto move = [&](std::size_t k, auto some) __attribute__((always_inline)) {
+    constexpr std::size_t bytes = some * sizeof(double);
+    Four x0{}, y0{}, vx{}, vy{};
+    std::memcpy(&x0, xs + k, bytes);
+    std::memcpy(&y0, ys + k, bytes);
+    std::memcpy(&vx, vxs + k, bytes);
+    std::memcpy(&vy, vys + k, bytes);
+    const Four x = x0 + vx, y = y0 + vy;
+    std::memcpy(xs + k, &x, bytes);
+    std::memcpy(ys + k, &y, bytes);
+    const FourMask beyond = x * x + y * y > limit, outwards = x * vx + y * vy > 0;
+    block.leaves[k / 64] |= std::uint64_t{bits_of(beyond & outwards)} << (k % 64);
+    const Four low_x = x < x0 ? x : x0, high_x = x < x0 ? x0 : x;
+    const Four low_y = y < y0 ? y : y0, high_y = y < y0 ? y0 : y;
+    const FourMask across = (high_x >= left) & (low_x <= right);
+    const FourMask up = (high_y >= bottom) & (low_y <= top);
+    const std::uint32_t near = bits_of(across & up);
+    if (near == 0) return;
+    // All are written down; the next one takes the place of who is far off.
+    Four paths[4];
+    transpose({x0, y0, x, y}, paths);
+    static_assert(sizeof(Segment) == sizeof(Four));
+    const auto list = [&](std::size_t lane) __attribute__((always_inline)) {
+      block.place[near_count] = static_cast<std::uint32_t>(k + lane);
+      std::memcpy(&block.paths[near_count], &paths[lane], sizeof(Segment));
+      near_count += (near >> lane) & 1;
+    };
+    list(0);
+    if constexpr (some == 4) list(1), list(2), list(3);
+  };
+  block.leaves.fill(0);
+  std::size_t k = 0;
+  for (; k + 4 <= count; k += 4) move(k, std::integral_constant<std::size_t, 4>());
+  for (; k < count; ++k) move(k, std::integral_constant<std::size_t, 1>());
+  block.near_count = near_count;
 }
 
-/// Particles from `begin` on fly: they strike, and who is neither spent nor gone past the far side
-/// closes the ranks behind the `kept` ones, in order. Returns how many are.
-std::size_t ParticleAggression::settle(World& world, const Particles& p, std::size_t begin,
-                                       std::size_t kept, Block& block) const {
+/// Those that meet a cell are spent on it.
+void ParticleAggression::strike(World& world, const Particles& p, Block& block) const {
+  if (block.near_count == 0) return;
+  world.first_hit(std::span(block.paths).first(block.near_count),
+                  std::span(block.hits).first(block.near_count));
   for (std::size_t n = 0; n < block.near_count; ++n) {
     if (block.hits[n] < 0) continue;
     const std::uint32_t k = block.place[n];
-    block.leaves[k] = 1;
-    world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[begin + k]);
+    block.leaves[k / 64] |= std::uint64_t{1} << (k % 64);
+    world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[block.begin + k]);
   }
-  std::array<std::uint32_t, most_paths + 1> leaving;
-  std::size_t left = 0;
-  each_group(block.leaves, block.count, [&](std::size_t k) {
-    leaving[left] = static_cast<std::uint32_t>(k);
-    left += static_cast<std::size_t>(block.leaves[k]);
-  });
+}
 
-  // The runs between them move up.
-  leaving[left] = static_cast<std::uint32_t>(block.count);
-  std::size_t from = 0;
-  for (std::size_t n = 0; n <= left; ++n) {
-    const std::size_t to = leaving[n];
-    std::copy_n(block.x.begin() + from, to - from, p.x.begin() + kept);
-    std::copy_n(block.y.begin() + from, to - from, p.y.begin() + kept);
-    // The energy is everybody's: that column may stay.
-    for (const std::span<double> column : {p.vx, p.vy})
-      if (kept != begin + from)
-        std::copy_n(column.begin() + begin + from, to - from, column.begin() + kept);
-    kept += to - from;
-    from = to + 1;
+/// Who does not leave closes the ranks behind the `kept` ones, in order. Returns how many are.
+std::size_t ParticleAggression::close_ranks(World& world, const Particles& p,
+                                            std::span<const Block> blocks, std::size_t kept) {
+  // The energy is everybody's: that column may stay.
+  const std::array<std::span<double>, 4> columns{p.x, p.y, p.vx, p.vy};
+  const std::uint32_t least = blocks.size() == 1 ? 4 : 1;
+  share_work(world, 4, least, [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t c = first; c < end; ++c) close_ranks(columns[c], blocks, kept);
+  });
+  for (const Block& block : blocks) {
+    kept += block.count;
+    for (const std::uint64_t leaves : block.leaves)
+      kept -= static_cast<std::size_t>(std::popcount(leaves));
   }
   return kept;
+}
+
+void ParticleAggression::close_ranks(std::span<double> column, std::span<const Block> blocks,
+                                     std::size_t kept) {
+  const auto move_up = [&](std::size_t from, std::size_t to) {
+    if (kept != from) std::copy(column.begin() + from, column.begin() + to, column.begin() + kept);
+    kept += to - from;
+  };
+  std::size_t from = blocks.front().begin;
+  for (const Block& block : blocks) {
+    for (std::size_t word = 0; 64 * word < block.count; ++word)
+      for (std::uint64_t set = block.leaves[word]; set != 0; set &= set - 1) {
+        const std::size_t leaving =
+            block.begin + 64 * word + static_cast<std::size_t>(std::countr_zero(set));
+        move_up(from, leaving);
+        from = leaving + 1;
+      }
+  }
+  move_up(from, blocks.back().begin + blocks.back().count);
 }
 
 }  // namespace somas::environments

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "somas/sdk/environment.hpp"
@@ -76,9 +77,12 @@ class ParticleAggression final : public Environment {
   void emit(World& world) const;
   void launch(const Particles& p, std::size_t i, Rng rng) const;
   void fly(World& world) const;
-  void advance(const Particles& p, std::size_t begin, const Box& inhabited, Block& block) const;
-  std::size_t settle(World& world, const Particles& p, std::size_t begin, std::size_t kept,
-                     Block& block) const;
+  void advance(const Particles& p, const Box& inhabited, Block& block) const;
+  void strike(World& world, const Particles& p, Block& block) const;
+  static std::size_t close_ranks(World& world, const Particles& p, std::span<const Block> blocks,
+                                 std::size_t kept);
+  static void close_ranks(std::span<double> column, std::span<const Block> blocks,
+                          std::size_t kept);
 
   Parameters parameters_;
   double spawn_radius_ = 0;

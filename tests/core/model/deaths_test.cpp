@@ -1,8 +1,10 @@
 // Hazards, causes of death, what the dying still do, survival, and first hits.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "core/model/hits.hpp"
+#include "core/model/team.hpp"
 #include "tests/core/model/support.hpp"
 
 namespace somas::model::test {
@@ -463,6 +466,90 @@ TEST(FirstHit, SeesCellsWhereMechanicsLeftThem) {
   EXPECT_EQ(met, (std::vector<std::int32_t>{0, 0}));
   bench.steps(5);
   EXPECT_EQ(met[5], -1) << "gone by";
+}
+
+/// Places of bodies, cells in storage and canonical order are three different things.
+struct Names {
+  std::vector<std::uint32_t> cells;  ///< by place
+  std::vector<std::uint32_t> rank;   ///< by cell
+
+  Names(std::size_t count, Dice& dice) : cells(count), rank(count) {
+    std::iota(cells.begin(), cells.end(), 0u);
+    std::iota(rank.begin(), rank.end(), 0u);
+    dice.shuffle(cells);
+    dice.shuffle(rank);
+  }
+};
+
+/// The cell that is met first, the lowest in canonical order of equals; -1: none.
+std::int32_t first_of_all(const Segment& path, const std::vector<Body>& bodies,
+                          const Names& names) {
+  std::int32_t first = -1;
+  double nearest = 2;
+  for (std::size_t place = 0; place < bodies.size(); ++place) {
+    const double t = meeting(path, bodies[place].x, bodies[place].y, bodies[place].radius);
+    const std::uint32_t cell = names.cells[place];
+    if (t < 0 || t > nearest) continue;
+    if (t == nearest && names.rank[cell] > names.rank[static_cast<std::size_t>(first)]) continue;
+    nearest = t;
+    first = static_cast<std::int32_t>(cell);
+  }
+  return first;
+}
+
+// Discs and paths lie on the borders of bins, of thirds of them, and just beside; bodies have
+// drifted as far as they may. Whether it is known that many paths come changes nothing.
+TEST(FirstHit, EqualsBruteForceAtTheBordersOfBins) {
+  Dice dice(2);
+  Team team(2, 1);
+  std::size_t met = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    constexpr double range = 1.2, margin = 0.1, third = (1 + 1e-9) * (range + margin) * 2 / 3;
+    const int extent = 1 + static_cast<int>(dice.below(30));
+    const auto border = [&] {
+      const int thirds = static_cast<int>(dice.below(2u * extent + 9)) - extent - 4;
+      const std::array<double, 4> aside{0, 1e-12, -1e-12, dice.uniform(-1, 1)};
+      return thirds * third + aside[dice.below(4)];
+    };
+    std::vector<Disc> discs{{-extent * third, -extent * third, 1, margin}};
+    for (std::size_t n = dice.below(60); n > 0; --n) {
+      const double x = std::clamp(border(), -extent * third, extent * third);
+      const double y = std::clamp(border(), -extent * third, extent * third);
+      discs.push_back({x, y, dice.below(2) == 0 ? 1 : dice.uniform(0.3, 1), margin});
+    }
+    std::vector<Body> bodies(discs.size());
+    for (std::size_t i = 0; i < discs.size(); ++i) {
+      const double angle = dice.uniform(-4, 4), drift = 0.2 * discs[i].radius + margin;
+      bodies[i].x = discs[i].x + drift * std::cos(angle);
+      bodies[i].y = discs[i].y + drift * std::sin(angle);
+      bodies[i].radius = discs[i].radius;
+    }
+    std::vector<Segment> paths(1 + dice.below(700));
+    for (Segment& path : paths) {
+      const double angle = dice.uniform(-4, 4);
+      const double length = dice.below(8) == 0 ? dice.uniform(0, 30) : dice.uniform(0, 0.9);
+      path = {border(), border(), 0, 0};
+      path.x1 = path.x0 + length * std::cos(angle);
+      path.y1 = path.y0 + length * std::sin(angle);
+    }
+    DiscBins bins;
+    bins.sort(discs, range);
+    const Names names(bodies.size(), dice);
+    HitFinder finder;
+    finder.prepare(bodies, bins, names.cells, names.rank);
+    std::vector<std::int32_t> few(paths.size(), 7), many(paths.size(), 7);
+    finder.first(paths, few);
+    finder.expect(1'000'000, trial % 2 == 0 ? nullptr : &team);
+    finder.first(paths, many);
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const std::int32_t expected = first_of_all(paths[k], bodies, names);
+      met += expected >= 0 ? 1 : 0;
+      ASSERT_EQ(few[k], expected) << "trial " << trial << " path " << k;
+      ASSERT_EQ(many[k], expected) << "trial " << trial << " path " << k;
+      ASSERT_EQ(finder.first(paths[k]), expected) << "trial " << trial << " path " << k;
+    }
+  }
+  EXPECT_GT(met, 1'000u);
 }
 
 TEST(FirstHitDeathTest, SurvivesACellOfNoFinitePlace) {

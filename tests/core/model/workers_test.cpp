@@ -95,7 +95,8 @@ TEST(Workers, WorkAtOnce) {
       std::unique_lock lock(mutex);
       threads.insert(std::this_thread::get_id());
       both.notify_all();
-      EXPECT_TRUE(both.wait_for(lock, std::chrono::minutes(1), [&] { return threads.size() == 2; }));
+      EXPECT_TRUE(
+          both.wait_for(lock, std::chrono::minutes(1), [&] { return threads.size() == 2; }));
     });
   });
   EXPECT_EQ(threads.size(), 2u);
