@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include "core/model/lanes.hpp"
@@ -30,6 +31,45 @@ struct FourSums {
     error += of_sum >= of_x ? (sum - next) + x : (x - next) + sum;
     sum = next;
   }
+};
+
+/// Sums over the contacts of cells, in their order. How many a cell has is hard to foretell, so the
+/// first six are always looked up, and of those that are none 0 is added: that changes no bit.
+class SumsOverContacts {
+ public:
+  SumsOverContacts(const Contacts& contacts, const std::vector<double>& of)
+      : start_(contacts.start.data()),
+        items_(contacts.items.data()),
+        room_(contacts.items.size()),
+        of_(of.data()) {}
+
+  /// 0 + factor * of[first] + factor * of[second] ...
+  [[nodiscard]] double operator()(std::uint32_t cell, double factor) const {
+    const std::uint32_t begin = start_[cell], count = start_[cell + 1] - begin;
+    const std::uint32_t* items = items_ + begin;
+    double sum = 0;
+    std::uint32_t next = 0;
+    if (begin + std::size_t{6} <= room_) {
+      FourMask is_one;
+      TwoMask too;
+      std::memcpy(&is_one, which + 6 - std::min(count, 6u), sizeof is_one);
+      std::memcpy(&too, which + 10 - std::min(count, 6u), sizeof too);
+      const Four first = factor * Four{of_[items[0]], of_[items[1]], of_[items[2]], of_[items[3]]};
+      const Two second = factor * Two{of_[items[4]], of_[items[5]]};
+      const Four four = is_one ? first : Four{};
+      const Two two = too ? second : Two{};
+      sum = 0 + four[0] + four[1] + four[2] + four[3] + two[0] + two[1];
+      next = 6;
+    }
+    for (; next < count; ++next) sum += factor * of_[items[next]];
+    return sum;
+  }
+
+ private:
+  static constexpr std::int64_t which[12] = {-1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0};
+  const std::uint32_t *start_, *items_;
+  std::size_t room_;
+  const double* of_;
 };
 
 }  // namespace
@@ -126,6 +166,21 @@ void MetabolismSolver::take_up(const Step& step, const CellRange& range) {
   const std::vector<Resource>& resources = step.resources();
   CellStore& cells = step.world.cells;
   bool bad = false;
+  if (resources.size() == 1) {
+    // As below, but nobody has asked for more than its room.
+    const std::vector<double>& content = step.content(resources[0]);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const std::size_t k = cells.rank[i];
+      const std::uint32_t square = square_[k];
+      if (square == content.size()) continue;
+      const double held = content[square], asked = square_demand_[0][square];
+      bad |= !(held >= 0);
+      if (asked > held) demand_[k] = demand_[k] * (held / asked);
+      cells.ambrosia[i] += demand_[k];
+    }
+    if (bad) bad_content_ = true;
+    return;
+  }
   for (std::uint32_t i = range.begin; i < range.end; ++i) {
     const std::size_t k = cells.rank[i];
     // Squares that are asked for more than they hold give everything, in proportion.
@@ -192,11 +247,10 @@ void MetabolismSolver::offer(const Step& step, const CellRange& range) {
 
 void MetabolismSolver::accept(const Step& step, const CellRange& range) {
   const CellStore& cells = step.world.cells;
-  const Contacts& contacts = step.world.contacts;
+  const SumsOverContacts gifts(step.world.contacts, gift_);
   const double capacity = state_of(step.world, range).skill(skill_capacity);
   for (std::uint32_t i = range.begin; i < range.end; ++i) {
-    double incoming = 0;
-    for (const std::uint32_t j : contacts.of(i)) incoming += gift_[j];
+    const double incoming = gifts(i, 1);
     const double room = std::max(0.0, capacity - cells.ambrosia[i]);
     accepted_[i] = incoming > room ? room / incoming : 1.0;
     gain_[i] = incoming > room ? room : incoming;
@@ -205,12 +259,10 @@ void MetabolismSolver::accept(const Step& step, const CellRange& range) {
 
 void MetabolismSolver::diffuse(const Step& step, const CellRange& range) {
   CellStore& cells = step.world.cells;
-  const Contacts& contacts = step.world.contacts;
+  const SumsOverContacts accepted(step.world.contacts, accepted_);
   const double efficiency = state_of(step.world, range).skill(skill_diffusion);
   for (std::uint32_t i = range.begin; i < range.end; ++i) {
-    double loss = 0;
-    if (offer_[i] > 0)
-      for (const std::uint32_t j : contacts.of(i)) loss += offer_[i] * accepted_[j];
+    const double loss = offer_[i] > 0 ? accepted(i, offer_[i]) : 0.0;
     cells.ambrosia[i] = std::max(0.0, cells.ambrosia[i] - loss) + gain_[i];
     lost_[cells.rank[i]] = loss * (1.0 - efficiency);
   }
@@ -258,15 +310,23 @@ void MetabolismSolver::tell_of_gifts(const WorldState& world) const {
 void MetabolismSolver::empty_squares(const Step& step) {
   const std::vector<Resource>& resources = step.resources();
   const std::size_t count = step.world.cells.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t r = 0; r < resources.size(); ++r) {
-      std::vector<double>& content = step.content(resources[r]);
-      const std::uint32_t square = square_[r * count + k];
-      if (square == content.size()) continue;
-      content[square] = std::max(0.0, content[square] - demand_[r * count + k]);
-      square_demand_[r][square] = 0;
-    }
+  const auto empty = [](std::vector<double>& content, std::vector<double>& asked,
+                        std::uint32_t square, double taken) {
+    if (square == content.size()) return;
+    content[square] = std::max(0.0, content[square] - taken);
+    asked[square] = 0;
+  };
+  if (resources.size() == 1) {
+    std::vector<double>& content = step.content(resources[0]);
+    for (std::size_t k = 0; k < count; ++k)
+      empty(content, square_demand_[0], square_[k], demand_[k]);
+    return;
   }
+  // Several may take from the same squares: cell by cell.
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t r = 0; r < resources.size(); ++r)
+      empty(step.content(resources[r]), square_demand_[r], square_[r * count + k],
+            demand_[r * count + k]);
 }
 
 void MetabolismSolver::keep_books(const Step& step) const {

@@ -14,9 +14,6 @@ constexpr float negligible = 1e-6f;
 constexpr float at_centre = 1e-6f;
 constexpr double sqrt_two = 1.4142135623730951;
 
-/// std::max by value: a select that vectorises.
-inline float greater(float a, float b) { return a > b ? a : b; }
-
 /// The squares of a block from the lower left, as seen from its middle.
 constexpr std::array<float, 9> across{-1, 0, 1, -1, 0, 1, -1, 0, 1};
 constexpr std::array<float, 9> up{-1, -1, -1, 0, 0, 0, 1, 1, 1};
@@ -26,32 +23,132 @@ constexpr std::size_t spot(std::size_t k) { return k / 3 * 4 + k % 3; }
 
 inline float inverse_distance(float dx, float dy) { return 1.0f / std::sqrt(dx * dx + dy * dy); }
 
+// As many points at a time as a register holds; their rows become columns and columns rows. Only
+// three of four matter: a row's fourth value is read with the others, and written as 0.
+#ifdef __AVX__
+
+using Points = EightFloats;
+
+inline void square_root(const Points& x, Points& root) {
+  root = Points{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3]),
+                std::sqrt(x[4]), std::sqrt(x[5]), std::sqrt(x[6]), std::sqrt(x[7])};
+}
+
+/// Each half by itself.
+inline void turn(const Points (&row)[4], Points (&column)[4]) {
+  const auto low01 = __builtin_shufflevector(row[0], row[1], 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto high01 = __builtin_shufflevector(row[0], row[1], 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto low23 = __builtin_shufflevector(row[2], row[3], 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto high23 = __builtin_shufflevector(row[2], row[3], 2, 10, 3, 11, 6, 14, 7, 15);
+  column[0] = __builtin_shufflevector(low01, low23, 0, 1, 8, 9, 4, 5, 12, 13);
+  column[1] = __builtin_shufflevector(low01, low23, 2, 3, 10, 11, 6, 7, 14, 15);
+  column[2] = __builtin_shufflevector(high01, high23, 0, 1, 8, 9, 4, 5, 12, 13);
+  column[3] = __builtin_shufflevector(high01, high23, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+inline void read_columns(const float* values, const std::int32_t (&at)[8], Points (&column)[4]) {
+  Points row[4];
+  for (std::size_t l = 0; l < 4; ++l) {
+    FourFloats first, second;
+    std::memcpy(&first, values + at[l], sizeof first);
+    std::memcpy(&second, values + at[l + 4], sizeof second);
+    row[l] = __builtin_shufflevector(first, second, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  turn(row, column);
+}
+
+inline void to_rows(const Points* column, FourFloats (&row)[8]) {
+  const Points columns[4] = {column[0], column[1], column[2], Points{}};
+  Points rows[4];
+  turn(columns, rows);
+  for (std::size_t l = 0; l < 4; ++l) {
+    row[l] = __builtin_shufflevector(rows[l], rows[l], 0, 1, 2, 3);
+    row[l + 4] = __builtin_shufflevector(rows[l], rows[l], 4, 5, 6, 7);
+  }
+}
+
+#else
+
+using Points = FourFloats;
+
+inline void square_root(const Points& x, Points& root) {
+  root = Points{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+}
+
+inline void turn(const Points (&row)[4], Points (&column)[4]) {
+  const auto low01 = __builtin_shufflevector(row[0], row[1], 0, 4, 1, 5);
+  const auto high01 = __builtin_shufflevector(row[0], row[1], 2, 6, 3, 7);
+  const auto low23 = __builtin_shufflevector(row[2], row[3], 0, 4, 1, 5);
+  const auto high23 = __builtin_shufflevector(row[2], row[3], 2, 6, 3, 7);
+  column[0] = __builtin_shufflevector(low01, low23, 0, 1, 4, 5);
+  column[1] = __builtin_shufflevector(low01, low23, 2, 3, 6, 7);
+  column[2] = __builtin_shufflevector(high01, high23, 0, 1, 4, 5);
+  column[3] = __builtin_shufflevector(high01, high23, 2, 3, 6, 7);
+}
+
+inline void read_columns(const float* values, const std::int32_t (&at)[4], Points (&column)[4]) {
+  Points row[4];
+  for (std::size_t l = 0; l < 4; ++l) std::memcpy(&row[l], values + at[l], sizeof row[l]);
+  turn(row, column);
+}
+
+inline void to_rows(const Points* column, FourFloats (&row)[4]) {
+  const Points columns[4] = {column[0], column[1], column[2], Points{}};
+  turn(columns, row);
+}
+
+#endif
+
+/// std::max by value, of numbers or of lanes.
+template <class Floats>
+inline Floats greater(Floats a, Floats b) {
+  return a > b ? a : b;
+}
+
 /// What a sweep multiplies by; none is negative, so scaling the greatest is scaling them all.
 struct Factors {
   float keep, straight, diagonal;
 };
 
-/// Some rows of a sweep at once, which share what they read. Pointers are to the first column of
-/// the first row; rows are `stride` apart and padded on both sides.
-template <std::ptrdiff_t Rows>
-void sweep_rows(const float* __restrict now, float* __restrict next, std::ptrdiff_t stride,
-                std::ptrdiff_t count, Factors by) {
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    float value[Rows + 2], beside[Rows + 2];  // from the row below to the row above
-    for (std::ptrdiff_t r = 0; r < Rows + 2; ++r) {
-      const float* at = now + (r - 1) * stride + i;
-      value[r] = at[0];
-      beside[r] = greater(at[-1], at[1]);
-    }
-    for (std::ptrdiff_t r = 0; r < Rows; ++r) {
-      const float straight = greater(greater(value[r], value[r + 2]), beside[r + 1]);
-      const float diagonal = greater(beside[r], beside[r + 2]);
-      const float offered =
-          greater(straight * by.keep * by.straight, diagonal * by.keep * by.diagonal);
-      const float kept = greater(value[r + 1] * by.keep, offered);
-      next[r * stride + i] = kept < negligible ? 0.0f : kept;
-    }
+/// Some squares side by side of some rows of a sweep at once, which share what they read. Pointers
+/// are to the first of the first row; rows are `stride` apart and padded on both sides.
+template <std::ptrdiff_t Rows, class Floats>
+[[gnu::always_inline]] inline void sweep_some(const float* now, float* next, std::ptrdiff_t stride,
+                                              Factors by) {
+  Floats value[Rows + 2], beside[Rows + 2];  // from the row below to the row above
+#pragma GCC unroll 8
+  for (std::ptrdiff_t r = 0; r < Rows + 2; ++r) {
+    const float* at = now + (r - 1) * stride;
+    Floats left, right;
+    std::memcpy(&left, at - 1, sizeof left);
+    std::memcpy(&value[r], at, sizeof value[r]);
+    std::memcpy(&right, at + 1, sizeof right);
+    beside[r] = greater(left, right);
   }
+#pragma GCC unroll 8
+  for (std::ptrdiff_t r = 0; r < Rows; ++r) {
+    const Floats straight = greater(greater(value[r], value[r + 2]), beside[r + 1]);
+    const Floats diagonal = greater(beside[r], beside[r + 2]);
+    const Floats offered =
+        greater(straight * by.keep * by.straight, diagonal * by.keep * by.diagonal);
+    const Floats kept = greater(value[r + 1] * by.keep, offered);
+    const Floats left = kept < negligible ? Floats{} : kept;
+    std::memcpy(next + r * stride, &left, sizeof left);
+  }
+}
+
+/// The same of whole rows.
+template <std::ptrdiff_t Rows>
+void sweep_rows(const float* now, float* next, std::ptrdiff_t stride, std::ptrdiff_t count,
+                Factors by) {
+  constexpr std::ptrdiff_t width = sizeof(Points) / sizeof(float);
+  std::ptrdiff_t i = 0;
+  for (; i + width <= count; i += width) sweep_some<Rows, Points>(now + i, next + i, stride, by);
+  if (i == count) return;
+  // The last ones once more with those before them: they get the same values.
+  if (count >= width)
+    return sweep_some<Rows, Points>(now + count - width, next + count - width, stride, by);
+  for (; i < count; ++i) sweep_some<Rows, float>(now + i, next + i, stride, by);
 }
 
 /// Four squares of a row keep the maximum of their value and what they are offered.
@@ -121,10 +218,15 @@ void MorphogenFields::sweep(std::size_t kind, const Morphogen& morphogen, std::u
   const std::size_t begin = index(box.left, box.bottom + first);
   const float* now = now_[kind].data() + begin;
   float* next = next_[kind].data() + begin;
-  for (; rows >= 4; rows -= 4, now += 4 * stride, next += 4 * stride)
-    sweep_rows<4>(now, next, stride, count, by);
-  for (; rows > 0; --rows, now += stride, next += stride)
-    sweep_rows<1>(now, next, stride, count, by);
+  const std::ptrdiff_t last = std::ptrdiff_t{rows} - 4;
+  std::ptrdiff_t row = 0;
+  for (; row <= last; row += 4)
+    sweep_rows<4>(now + row * stride, next + row * stride, stride, count, by);
+  // As with columns: the last rows once more with those before them, unless there are too few.
+  if (row < rows && last >= 0)
+    return sweep_rows<4>(now + last * stride, next + last * stride, stride, count, by);
+  for (; row < rows; ++row)
+    sweep_rows<1>(now + row * stride, next + row * stride, stride, count, by);
 }
 
 Footprint MorphogenFields::footprint(double x, double y) const {
@@ -174,99 +276,135 @@ float MorphogenFields::sense(std::size_t kind, const Footprint& at) const {
 /// Points side by side, each a lane: a lane sees the same operations in the same order whatever its
 /// place.
 struct MorphogenFields::Block {
-  static constexpr std::size_t width = 32;
-  std::size_t lanes = 0;  ///< in use; a multiple of eight, the last point repeated
-  double x[width], y[width];
+  static constexpr std::size_t width = sizeof(Points) / sizeof(float);
+  const double *x, *y;
   std::int32_t column[width], row[width];  ///< of the middle square
   std::int32_t corner[width];
-  float weight[9][width];
-  float sum[width], peak[width];
+  Points weight[9];
+  Points sum, peak;
+
+  void set(std::size_t lane, const Footprint& print, std::int32_t lower_left) {
+    column[lane] = print.column;
+    row[lane] = print.row;
+    corner[lane] = lower_left;
+    for (std::size_t k = 0; k < 9; ++k) weight[k][lane] = print.weight[spot(k)];
+    sum[lane] = print.sum;
+    peak[lane] = print.peak;
+  }
 };
 
 void MorphogenFields::survey(std::span<const double> x, std::span<const double> y,
                              std::span<Footprint> prints, Matrix<float> sensed) const {
   Block block;
-  for (std::size_t begin = 0; begin < x.size(); begin += Block::width) {
-    const std::size_t count = std::min(Block::width, x.size() - begin);
-    block.lanes = (count + 7) / 8 * 8;
-    for (std::size_t l = 0; l < block.lanes; ++l) {
-      block.x[l] = x[begin + std::min(l, count - 1)];
-      block.y[l] = y[begin + std::min(l, count - 1)];
-    }
+  const std::size_t full = x.size() / Block::width * Block::width;
+  for (std::size_t begin = 0; begin < full; begin += Block::width) {
+    block.x = &x[begin], block.y = &y[begin];
     place(block);
-    for (std::uint32_t kind = 0; kind < sensed.channels; ++kind) {
-      float found[Block::width];
-      sense(kind, block, found);
-      std::copy_n(found, count, sensed.channel(kind).data() + begin);
-    }
-    print(block, prints.subspan(begin, count));
+    for (std::uint32_t kind = 0; kind < sensed.channels; ++kind)
+      sense(kind, block, sensed.data + kind * sensed.stride + begin);
+    print(block, prints.subspan(begin, Block::width));
   }
+  if (full == x.size()) return;
+
+  // What is left over, with the last point repeated.
+  const std::size_t count = x.size() - full;
+  double last_x[Block::width], last_y[Block::width];
+  for (std::size_t l = 0; l < Block::width; ++l) {
+    last_x[l] = x[full + std::min(l, count - 1)];
+    last_y[l] = y[full + std::min(l, count - 1)];
+  }
+  block.x = last_x, block.y = last_y;
+  place(block);
+  for (std::uint32_t kind = 0; kind < sensed.channels; ++kind) {
+    float found[Block::width];
+    sense(kind, block, found);
+    std::copy_n(found, count, sensed.data + kind * sensed.stride + full);
+  }
+  print(block, prints.subspan(full));
 }
 
 void MorphogenFields::print(const Block& block, std::span<Footprint> prints) const {
+  float sum[Block::width], peak[Block::width];
+  std::memcpy(sum, &block.sum, sizeof sum);
+  std::memcpy(peak, &block.peak, sizeof peak);
   for (std::size_t l = 0; l < prints.size(); ++l) {
-    Footprint& print = prints[l];
-    print.column = block.column[l];
-    print.row = block.row[l];
-    for (std::size_t k = 0; k < 9; ++k) print.weight[spot(k)] = block.weight[k][l];
-    print.sum = block.sum[l];
-    print.peak = block.peak[l];
+    prints[l].column = block.column[l];
+    prints[l].row = block.row[l];
+    prints[l].sum = sum[l];
+    prints[l].peak = peak[l];
+  }
+  for (std::size_t r = 0; r < 3; ++r) {
+    FourFloats row[Block::width];
+    to_rows(block.weight + 3 * r, row);
+    for (std::size_t l = 0; l < prints.size(); ++l)
+      std::memcpy(&prints[l].weight[4 * r], &row[l], sizeof row[l]);
   }
 }
 
 void MorphogenFields::place(Block& block) const {
   // As footprint() does it, for points whose block is on the grid and that are at no centre.
-  float fx[Block::width], fy[Block::width];
-  bool plain[Block::width];
-  const double last_inner = static_cast<double>(size_) - 2;
-  for (std::size_t l = 0; l < block.lanes; ++l) {
-    const double sides_x = (block.x[l] - low_) / side_, sides_y = (block.y[l] - low_) / side_;
-    const double column = std::floor(sides_x), row = std::floor(sides_y);
+  const double low = low_, side = side_, last_inner = static_cast<double>(size_) - 2;
+  double sides_x[Block::width], sides_y[Block::width];
+  for (std::size_t l = 0; l < Block::width; ++l) {
+    sides_x[l] = (block.x[l] - low) / side;
+    sides_y[l] = (block.y[l] - low) / side;
+  }
+  float offset_x[Block::width], offset_y[Block::width];
+  std::int32_t plain[Block::width];
+  const auto stride = static_cast<std::int32_t>(stride_);
+  for (std::size_t l = 0; l < Block::width; ++l) {
+    const double column = std::floor(sides_x[l]), row = std::floor(sides_y[l]);
     const bool inside = (column >= 1) & (column <= last_inner) & (row >= 1) & (row <= last_inner);
-    fx[l] = static_cast<float>(sides_x - (column + 0.5));
-    fy[l] = static_cast<float>(sides_y - (row + 0.5));
-    plain[l] = inside & !(fx[l] * fx[l] + fy[l] * fy[l] < at_centre * at_centre);
+    offset_x[l] = static_cast<float>(sides_x[l] - (column + 0.5));
+    offset_y[l] = static_cast<float>(sides_y[l] - (row + 0.5));
+    const float square = offset_x[l] * offset_x[l] + offset_y[l] * offset_y[l];
+    plain[l] = inside & !(square < at_centre * at_centre) ? 1 : 0;
     block.column[l] = static_cast<std::int32_t>(inside ? column : 1.0);
     block.row[l] = static_cast<std::int32_t>(inside ? row : 1.0);
-  }
-  for (std::size_t k = 0; k < 9; ++k)
-    for (std::size_t l = 0; l < block.lanes; ++l)
-      block.weight[k][l] = inverse_distance(fx[l] - across[k], fy[l] - up[k]);
-  for (std::size_t l = 0; l < block.lanes; ++l) {
-    float sum = 0, peak = 0;
-    for (std::size_t k = 0; k < 9; ++k) {
-      sum += block.weight[k][l];
-      peak = greater(block.weight[k][l], peak);
-    }
-    block.sum[l] = sum;
-    block.peak[l] = peak;
+    block.corner[l] = (block.row[l] + 1) * stride + block.column[l] + 1;
   }
 
-  // The others one by one.
-  for (std::size_t l = 0; l < block.lanes; ++l) {
-    if (plain[l]) continue;
-    const Footprint print = footprint(block.x[l], block.y[l]);
-    block.column[l] = print.column;
-    block.row[l] = print.row;
-    for (std::size_t k = 0; k < 9; ++k) block.weight[k][l] = print.weight[spot(k)];
-    block.sum[l] = print.sum;
-    block.peak[l] = print.peak;
+  Points fx, fy;
+  std::memcpy(&fx, offset_x, sizeof fx);
+  std::memcpy(&fy, offset_y, sizeof fy);
+  Points dx[3], dy[3];  // squared, by column and row
+  for (std::size_t k = 0; k < 3; ++k) {
+    dx[k] = fx - across[k], dx[k] *= dx[k];
+    dy[k] = fy - across[k], dy[k] *= dy[k];
   }
-  const auto stride = static_cast<std::int32_t>(stride_);
-  for (std::size_t l = 0; l < block.lanes; ++l)
-    block.corner[l] = (block.row[l] + 1) * stride + block.column[l] + 1;
+  Points sum{}, peak{};
+  for (std::size_t k = 0; k < 9; ++k) {
+    Points distance;
+    square_root(dx[k % 3] + dy[k / 3], distance);
+    const Points weight = 1.0f / distance;
+    sum += weight;
+    peak = weight > peak ? weight : peak;
+    block.weight[k] = weight;
+  }
+  block.sum = sum;
+  block.peak = peak;
+
+  // The others one by one.
+  std::int32_t all = 1;
+  for (std::size_t l = 0; l < Block::width; ++l) all &= plain[l];
+  for (std::size_t l = 0; all == 0 && l < Block::width; ++l) {
+    if (plain[l] != 0) continue;
+    const Footprint print = footprint(block.x[l], block.y[l]);
+    block.set(l, print, static_cast<std::int32_t>(corner(print)));
+  }
 }
 
 void MorphogenFields::sense(std::size_t kind, const Block& block, float* sensed) const {
   const float* values = now_[kind].data();
-  const auto stride = static_cast<std::int32_t>(stride_);
-  for (std::size_t l = 0; l < block.lanes; ++l) {
-    float total = 0;
-    for (std::int32_t k = 0; k < 9; ++k)
-      total += values[block.corner[l] + k / 3 * stride + k % 3] * block.weight[k][l];
-    const float mean = total / block.sum[l];
-    sensed[l] = block.sum[l] == 0 ? 0.0f : mean;
+  Points total{};
+  for (std::size_t r = 0; r < 3; ++r) {
+    Points column[4];
+    read_columns(values + r * stride_, block.corner, column);
+    for (std::size_t k = 0; k < 3; ++k) total += column[k] * block.weight[3 * r + k];
   }
+  const Points mean = total / block.sum;
+  const Points found = block.sum == 0 ? Points{} : mean;
+  std::memcpy(sensed, &found, sizeof found);
 }
 
 Gradient MorphogenFields::gradient(std::size_t kind, double x, double y) const {
@@ -302,13 +440,14 @@ void MorphogenFields::deposit(std::size_t kind, std::span<const Footprint> print
                               std::span<const float> amounts, Deposit rule) {
   Middles middles;
   float* values = now_[kind].data();
+  const std::size_t stride = stride_;
   for (std::size_t i = 0; i < prints.size(); ++i) {
     const Footprint& at = prints[i];
     if (at.sum == 0 || !(amounts[i] > 0)) continue;
     const float unit = amounts[i] / (rule == Deposit::peak ? at.peak : at.sum);
     // The square behind each row has no weight, and keeps its value.
     float* block = values + corner(at);
-    for (std::size_t r = 0; r < 3; ++r) raise(block + r * stride_, &at.weight[4 * r], unit);
+    for (std::size_t r = 0; r < 3; ++r) raise(block + r * stride, &at.weight[4 * r], unit);
     middles.add(at);
   }
   cover(kind, middles);

@@ -172,7 +172,27 @@ void Simulation::sense() {
   const std::size_t sensors = ecosystem_.schema().sensors.size();
   inputs_.reshape(static_cast<std::uint32_t>(kinds + 3 + sensors), cells.size());
   footprints_.resize(cells.size());
-  share_ranges(team_, cells, [this](const CellRange& range) { sense(range); });
+  const auto survey = [&](const CellRange& range) {
+    const MorphogenFields& fields = state_.organisms[range.organism].fields;
+    fields.survey(
+        std::span(cells.x).subspan(range.begin, range.count()),
+        std::span(cells.y).subspan(range.begin, range.count()),
+        std::span(footprints_).subspan(range.begin, range.count()),
+        inputs_.lanes(range.begin, range.count(), static_cast<std::uint32_t>(fields.kinds())));
+  };
+  share(team_, cells.size(), [&](std::uint32_t begin, std::uint32_t end) {
+    // The ranges of an organism stand together: its fields are surveyed once for all of them.
+    CellRange body{.begin = begin, .end = begin};
+    each_range(cells, begin, end, [&](const CellRange& range) {
+      if (range.organism != body.organism) {
+        if (body.count() > 0) survey(body);
+        body = range;
+      }
+      body.end = range.end;
+      sense(range);
+    });
+    if (body.count() > 0) survey(body);
+  });
   view_.act(Phase::sense);
 }
 
@@ -182,10 +202,6 @@ void Simulation::sense(const CellRange& range) {
   const InputChannels& in = organism.phenotype->ports->in();
   const double capacity = state_.state_of(range.begin).skill(skill_capacity);
   const auto kinds = static_cast<std::uint32_t>(organism.fields.kinds());
-  organism.fields.survey(std::span(cells.x).subspan(range.begin, range.count()),
-                         std::span(cells.y).subspan(range.begin, range.count()),
-                         std::span(footprints_).subspan(range.begin, range.count()),
-                         inputs_.lanes(range.begin, range.count(), kinds));
   float* pressure = inputs_.row(in.pressure);
   float* energy = inputs_.row(in.energy);
   float* ambrosia = inputs_.row(in.ambrosia);
