@@ -461,12 +461,14 @@ void MechanicsSolver::sum_stresses(double pressure_scale, CellStore& cells) {
 }
 
 void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uint32_t> new_index) {
-  std::size_t count = remains_.size();
   if (!new_index.empty())
-    for (std::uint32_t& place : remains_) {
-      place = new_index[place];
-      count -= place == gone ? 1 : 0;
-    }
+    share(team_, static_cast<std::uint32_t>(remains_.size()),
+          [&](std::uint32_t begin, std::uint32_t end) {
+            for (std::uint32_t& cell : std::span(remains_).subspan(begin, end - begin))
+              cell = new_index[cell];
+          });
+  const auto lost = new_index.empty() ? 0 : std::count(remains_.begin(), remains_.end(), gone);
+  const std::size_t count = remains_.size() - static_cast<std::size_t>(lost);
   if (parts_ > 1) return list_contacts_in_parts(contacts, count);
   // Count, then place: pair after pair, so each cell's contacts come in canonical order, the lower
   // before the higher. Pairs with the same first follow each other: these are counted without going

@@ -60,8 +60,9 @@ class ReportStack {
 
 Team::Team(unsigned threads, std::uint32_t least)
     : least_(std::max(least, 1u)),
+      threads_(std::max(threads, 1u)),
       awake_(threads <= std::thread::hardware_concurrency()),
-      errors_(std::max(threads, 1u)) {}
+      errors_(most_pieces()) {}
 
 Team::~Team() {
   over_ = true;
@@ -94,7 +95,7 @@ void Team::carry_out(Call call, void* context, unsigned parts) {
   ticket_.store(number << 32 | 1, std::memory_order_release);
   // Sequentially consistent: notifying looks for sleepers, and must not do so before.
   works_.store(static_cast<std::uint32_t>(number));
-  if (parts == threads()) {
+  if (parts >= threads_) {
     works_.notify_all();
   } else {
     for (unsigned other = 1; other < parts; ++other) works_.notify_one();

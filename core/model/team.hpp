@@ -38,13 +38,21 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  [[nodiscard]] unsigned threads() const { return static_cast<unsigned>(errors_.size()); }
-  /// How many parts work is cut into that is worth that of so many cells: 1 to threads().
+  [[nodiscard]] unsigned threads() const { return threads_; }
+  /// How many parts work is cut into that is worth that of so many cells, one for each thread that
+  /// it is worth: 1 to threads().
   [[nodiscard]] unsigned parts(std::uint64_t cells) const {
-    return static_cast<unsigned>(std::clamp<std::uint64_t>(cells / least_, 1, threads()));
+    return static_cast<unsigned>(std::clamp<std::uint64_t>(cells / least_, 1, threads_));
   }
+  /// The same of work that may be cut as one likes: where there is enough, several for each thread,
+  /// so that a slower one takes fewer. At most most_pieces().
+  [[nodiscard]] unsigned pieces(std::uint64_t cells) const {
+    return cells / least_ < most_pieces() ? parts(cells) : most_pieces();
+  }
+  [[nodiscard]] unsigned most_pieces() const { return threads_ == 1 ? 1 : 4 * threads_; }
 
-  /// Calls work(part) for each part below `parts`, at most threads(), and ends when all have ended.
+  /// Calls work(part) for each part below `parts`, at most most_pieces(), and ends when all have
+  /// ended.
   /// The calling thread takes the first, and others that nobody has begun: where the machine has no
   /// processor for the team, it does all. Of what parts throw, the exception of the lowest is
   /// thrown on. Crashes are noted where the caller's are. By one thread at a time, and never from
@@ -66,6 +74,7 @@ class Team {
   void throw_on(unsigned parts);
 
   std::uint32_t least_;
+  unsigned threads_;
   bool awake_;  ///< whoever waits, for a little while: there is a processor for everybody
   bool started_ = false;
   std::vector<std::exception_ptr> errors_;  ///< by part
@@ -99,7 +108,7 @@ struct Stretch {
 /// cells in a phase of the step.
 template <class Work>
 void share(Team* team, std::uint32_t count, std::uint64_t cells, const Work& work) {
-  const unsigned parts = team == nullptr ? 1 : team->parts(cells);
+  const unsigned parts = team == nullptr ? 1 : team->pieces(cells);
   if (parts == 1) {
     work(std::uint32_t{0}, count);
     return;

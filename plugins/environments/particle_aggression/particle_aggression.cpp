@@ -177,31 +177,31 @@ struct ParticleAggression::Block {
   std::size_t begin = 0, count = 0;
   /// A bit for each: past the far side, or spent.
   std::array<std::uint64_t, most_paths / 64> leaves;
-  // Of those that may meet a cell on the way, with room for four more: the place in the block, the
-  // path, who is hit.
-  std::array<std::uint32_t, most_paths + 4> place;
+  // Of those that may meet a cell on the way, with room for four more: which particle, its path,
+  // who is hit.
+  std::array<std::uint32_t, most_paths + 4> near;
   std::array<Segment, most_paths + 4> paths;
   std::array<std::int32_t, most_paths> hits;
   std::size_t near_count = 0;
-
-  void place_at(std::size_t first, std::size_t particles) { begin = first, count = particles; }
 };
 
 void ParticleAggression::fly(World& world) const {
   Table& table = world.table(particles_);
   const Particles p(table);
   const Box inhabited(world.cells());
-  // A round of blocks at a time, so that particles are still in a cache when the hits are known.
   const std::size_t rows = table.rows(), threads = threads_of(world);
+  // As many blocks at a time as keep the threads busy, so that their particles are still in a cache
+  // when the hits are known.
   const std::size_t most_blocks = threads == 1 ? 1 : blocks_per_thread * threads;
   static thread_local std::vector<Block> blocks;  // too large for a stack
-  blocks.resize(
-      std::max(blocks.size(), std::min(most_blocks, (rows + most_paths - 1) / most_paths)));
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < rows;) {
     std::size_t count = 0;
-    for (; count < most_blocks && begin < rows; begin += blocks[count++].count)
-      blocks[count].place_at(begin, std::min(most_paths, rows - begin));
+    for (; count < most_blocks && begin < rows; begin += blocks[count++].count) {
+      if (blocks.size() == count) blocks.emplace_back();
+      blocks[count].begin = begin;
+      blocks[count].count = std::min(most_paths, rows - begin);
+    }
     const std::span<Block> round = std::span(blocks).first(count);
     share_work(world, static_cast<std::uint32_t>(count), 1,
                [&](std::uint32_t first, std::uint32_t end) {
@@ -247,7 +247,7 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block
     transpose({x0, y0, x, y}, paths);
     static_assert(sizeof(Segment) == sizeof(Four));
     const auto list = [&](std::size_t lane) __attribute__((always_inline)) {
-      block.place[near_count] = static_cast<std::uint32_t>(k + lane);
+      block.near[near_count] = static_cast<std::uint32_t>(k + lane);
       std::memcpy(&block.paths[near_count], &paths[lane], sizeof(Segment));
       near_count += (near >> lane) & 1;
     };
@@ -268,7 +268,7 @@ void ParticleAggression::strike(World& world, const Particles& p, Block& block) 
                   std::span(block.hits).first(block.near_count));
   for (std::size_t n = 0; n < block.near_count; ++n) {
     if (block.hits[n] < 0) continue;
-    const std::uint32_t k = block.place[n];
+    const std::uint32_t k = block.near[n];
     block.leaves[k / 64] |= std::uint64_t{1} << (k % 64);
     world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[block.begin + k]);
   }

@@ -163,6 +163,34 @@ TEST(Team, CutsWorkByWhatIsWorthAThread) {
   EXPECT_EQ(Team(0).parts(1'000'000), 1u);
 }
 
+TEST(Team, CutsMuchWorkIntoSeveralPiecesForEachThread) {
+  const Team team(3, 100);
+  for (const std::uint64_t cells : {0u, 199u, 200u, 1199u})
+    EXPECT_EQ(team.pieces(cells), team.parts(cells)) << cells;
+  EXPECT_EQ(team.pieces(1200), team.most_pieces());
+  EXPECT_EQ(team.pieces(1'000'000), team.most_pieces());
+  EXPECT_GT(team.most_pieces(), 3u);
+  EXPECT_EQ(Team(1).pieces(1'000'000), 1u) << "one thread does all in one go";
+}
+
+TEST(Team, RunsMorePiecesThanItHasThreadsAndThrowsWhatTheLowestThrew) {
+  for (const unsigned threads : {2u, 4u}) {
+    Team team(threads, 1);
+    std::vector<std::atomic<int>> calls(team.most_pieces());
+    const auto fail = [&](unsigned part) {
+      ++calls[part];
+      if (part >= 2) throw std::runtime_error(std::to_string(part));
+    };
+    try {
+      team.run(team.most_pieces(), fail);
+      ADD_FAILURE() << "nothing thrown";
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "2");
+    }
+    for (const std::atomic<int>& count : calls) EXPECT_EQ(count, 1);
+  }
+}
+
 TEST(Stretches, MakeUpTheWhole) {
   for (const std::uint32_t count : {0u, 1u, 5u, 64u, 4'000'000'000u}) {
     for (const unsigned parts : {1u, 2u, 3u, 7u, 256u}) {

@@ -69,7 +69,9 @@ TEST(Workers, GetAsManyItemsAsAreWorthAThread) {
   constexpr std::uint32_t shipped = cells_worth_a_thread;
   EXPECT_EQ(parts_of(2, shipped, 100, 50), (Parts{{0, 50}, {50, 100}}));
   EXPECT_EQ(parts_of(2, shipped, 99, 50), (Parts{{0, 99}}));
-  EXPECT_EQ(parts_of(2, shipped, 1000, 50), (Parts{{0, 500}, {500, 1000}}));
+  EXPECT_EQ(parts_of(2, shipped, 399, 50), (Parts{{0, 199}, {199, 399}}));
+  EXPECT_EQ(parts_of(2, shipped, 400, 50).size(), 8u) << "so that a slower one takes fewer";
+  EXPECT_EQ(parts_of(2, shipped, 100'000, 50).size(), 8u);
   EXPECT_EQ(parts_of(4, shipped, 170, 50).size(), 3u);
   EXPECT_EQ(parts_of(4, shipped, 10, 0).size(), 4u) << "none at all counts as one";
   EXPECT_EQ(parts_of(0, shipped, 1000, 1), (Parts{{0, 1000}}));
