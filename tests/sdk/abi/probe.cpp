@@ -1,7 +1,6 @@
 // Exports a function for every type that crosses the boundary, so that its debug information tells
 // the whole interface to abidw.
 #include <somas/sdk/plugin.hpp>
-#include <somas/sdk/workers.hpp>
 
 #define SOMAS_PROBE(type, name) \
   extern "C" __attribute__((visibility("default"))) void probe_##name(type*) {}

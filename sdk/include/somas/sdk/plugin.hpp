@@ -39,6 +39,7 @@
 #include "somas/sdk/rng.hpp"
 #include "somas/sdk/specialization.hpp"
 #include "somas/sdk/types.hpp"
+#include "somas/sdk/workers.hpp"
 #include "somas/sdk/world.hpp"
 
 namespace somas::detail {
