@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/model/simulation.hpp"
+#include "core/model/team.hpp"
 #include "plugins/fitness/survival_time/survival_time.hpp"
 #include "plugins/specialization/tree/tree.hpp"
 
@@ -56,9 +57,10 @@ struct Ending {
   double x;  ///< of the first cell, if any lives
 };
 
+/// Shared by so many threads.
 inline Ending live(std::vector<model::NamedEnvironment> environments,
                    std::map<std::string, double> skills, model::Config config = {},
-                   std::uint64_t seed = 1) {
+                   std::uint64_t seed = 1, unsigned threads = 1) {
   specialization::Tree::State n;
   n.name = std::string("N");
   n.skills = std::move(skills);
@@ -71,6 +73,8 @@ inline Ending live(std::vector<model::NamedEnvironment> environments,
   const model::Phenotype phenotype = ecosystem.express({});
   const model::RosterEntry founder{&phenotype, 1, 0, 0};
   model::Simulation simulation(ecosystem, {&founder, 1}, seed);
+  model::Team team(threads, 1);  // everything is worth a thread
+  simulation.use(&team);
   simulation.run();
   const std::vector<double>& x = simulation.state().cells.x;
   return {simulation.outcomes()[0], simulation.hash(), x.empty() ? 0 : x[0]};

@@ -106,6 +106,30 @@ TEST(Simulation, SameSeedGivesTheSameBytes) {
   EXPECT_NE(hash(1), hash(2));
 }
 
+TEST(Simulation, ThreadsShareManyParticlesAndPatchesAndGiveTheSameBytes) {
+  // Some 200,000 in flight: several rounds of blocks for each thread.
+  ParticleAggression::Parameters crowd;
+  crowd.start = 0;
+  crowd.spawn_radius = 30;
+  crowd.speed = 1;
+  crowd.rate_constant = 4000;
+  Nutrients::Parameters food;
+  food.patches.resolution = 512;
+  const auto hash = [&](unsigned threads, double resistance) {
+    model::Config config;
+    config.max_steps = 60;
+    const Ending ending =
+        live({named<Nutrients>("nutrients", food), named<ParticleAggression>("particles", crowd)},
+             {{"production", 3}, {"capacity", 10}, {"resistance", resistance}}, config, 1, threads);
+    EXPECT_EQ(ending.outcome.censored, resistance > 1e6) << "it is hit";
+    return ending.hash;
+  };
+  for (const double resistance : {1e9, 1000.0}) {
+    const std::uint64_t alone = hash(1, resistance);
+    for (const unsigned threads : {2u, 3u, 7u}) EXPECT_EQ(hash(threads, resistance), alone);
+  }
+}
+
 TEST(Simulation, AGapLetsACellThroughThatIsNarrowerAndNoOther) {
   // A cell of radius 1 is blown against a wall with the gap ahead. Wind over drag is a speed of
   // 0.5, so 30 lengths in these 600 steps of 0.1.
