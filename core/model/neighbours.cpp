@@ -25,11 +25,36 @@ alignas(32) constexpr auto lanes_first = [] {
   return table;
 }();
 
+constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
+
 /// Moves those of eight items whose lanes are set to the front.
 inline void compress(std::uint32_t set, EightItems& items) {
-  EightItems lanes;
-  std::memcpy(&lanes, lanes_first[set].data(), sizeof lanes);
-  items = __builtin_shuffle(items, lanes);
+  EightItems from;
+  std::memcpy(&from, lanes_first[set].data(), sizeof from);
+  items = __builtin_shuffle(items, from);
+}
+
+/// A layer of a sorting network: of a lane and its partner, whose partner it is, the lower one gets
+/// the lower item.
+inline void exchange(EightItems& items, const EightItems& partner) {
+  const EightItems others = __builtin_shuffle(items, partner);
+  const EightItems low = others < items ? others : items, high = others < items ? items : others;
+  items = lanes < reinterpret_cast<const EightMask&>(partner) ? low : high;
+}
+
+/// Sorts up to eight items; reads and writes eight.
+inline void sort_few(const std::uint32_t* items, std::size_t count, std::uint32_t* sorted) {
+  EightItems few;
+  std::memcpy(&few, items, sizeof few);
+  few = lanes < static_cast<std::int32_t>(count) ? few : ~EightItems{};
+  // 19 exchanges in six layers (D. E. Knuth, The Art of Computer Programming 3, 5.3.4).
+  exchange(few, EightItems{2, 3, 0, 1, 6, 7, 4, 5});
+  exchange(few, EightItems{4, 5, 6, 7, 0, 1, 2, 3});
+  exchange(few, EightItems{1, 0, 3, 2, 5, 4, 7, 6});
+  exchange(few, EightItems{0, 1, 4, 5, 2, 3, 6, 7});
+  exchange(few, EightItems{0, 4, 2, 6, 1, 5, 3, 7});
+  exchange(few, EightItems{0, 2, 1, 4, 3, 6, 5, 7});
+  std::memcpy(sorted, &few, sizeof few);
 }
 
 }  // namespace
@@ -118,7 +143,6 @@ void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column, Found&
 inline void NeighbourPairs::collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end,
                                     Found& found) const {
   // Most candidates fail: collect the others eight by eight, without branching on each.
-  constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
   const float *all_x = bins_.x(), *all_y = bins_.y(), *all_reach = bins_.reach();
   const std::uint32_t* all = bins_.items();
   const float x = all_x[k], y = all_y[k], own_reach = all_reach[k];
@@ -164,30 +188,20 @@ void NeighbourPairs::make_room() {
   if (first_.size() >= count_ + 3) return;
   first_.resize(2 * count_ + 3);
   second_.resize(2 * count_ + 3);
+  unsorted_.resize(2 * count_ + 3);
 }
 
+/// A counting sort by the first; then the seconds of each.
 void NeighbourPairs::sort(const Found& found) {
-  // By the second, then stably by the first: two counting sorts. Counts stand two places on, so
-  // that places taken one on leave the starts.
-  start_.assign(built_.size() + 2, 0);
-  by_second_.assign(built_.size() + 2, 0);
-  for (std::size_t p = 0; p < count_; ++p) {
-    ++start_[found.first[p] + 2];
-    ++by_second_[found.second[p] + 2];
-  }
-  for (std::size_t i = 2; i < start_.size(); ++i) {
-    start_[i] += start_[i - 1];
-    by_second_[i] += by_second_[i - 1];
-  }
-  if (sorted_.size() < count_) sorted_.resize(2 * count_);
-  for (std::size_t p = 0; p < count_; ++p)
-    sorted_[by_second_[found.second[p] + 1]++] = {found.first[p], found.second[p]};
+  // Counts stand two places on, so that places taken one on leave the starts.
+  const auto bodies = static_cast<std::uint32_t>(built_.size());
+  start_.assign(std::size_t{bodies} + 2, 0);
+  for (std::size_t p = 0; p < count_; ++p) ++start_[found.first[p] + 2];
+  for (std::size_t i = 2; i < start_.size(); ++i) start_[i] += start_[i - 1];
   make_room();
-  for (std::size_t p = 0; p < count_; ++p) {
-    const std::uint32_t at = start_[sorted_[p].first + 1]++;
-    first_[at] = sorted_[p].first;
-    second_[at] = sorted_[p].second;
-  }
+  for (std::size_t p = 0; p < count_; ++p)
+    unsorted_[start_[found.first[p] + 1]++] = found.second[p];
+  sort_seconds({0, bodies});
 }
 
 void NeighbourPairs::find_in_parts(unsigned parts) {
@@ -215,28 +229,30 @@ void NeighbourPairs::find_in_parts(unsigned parts) {
     const Found& found = found_[part];
     std::uint32_t* places = counts_.of(part);
     for (std::size_t p = 0; p < found.count; ++p)
-      second_[places[found.first[p]]++] = found.second[p];
+      unsorted_[places[found.first[p]]++] = found.second[p];
   };
   team_->run(parts, place);
   const auto order = [&](unsigned part) { sort_seconds(stretch(count, part, parts)); };
   team_->run(parts, order);
 }
 
+/// From the unsorted ones; and lists the firsts.
 void NeighbourPairs::sort_seconds(Stretch bodies) {
+  const std::uint32_t* const unsorted = unsorted_.data();
+  std::uint32_t* const first = first_.data();
+  std::uint32_t* const second = second_.data();
+  // Behind the last pair may be those of another part.
+  const std::uint32_t last = start_[bodies.end];
   for (std::uint32_t k = bodies.begin; k < bodies.end; ++k) {
-    std::uint32_t* begin = second_.data() + start_[k];
-    std::uint32_t* end = second_.data() + start_[k + 1];
-    std::fill(first_.data() + start_[k], first_.data() + start_[k + 1], k);
-    if (end - begin > 16) {
-      std::sort(begin, end);
-      continue;
-    }
-    // A few, each put among those before it.
-    for (std::uint32_t* next = begin; next < end; ++next) {
-      const std::uint32_t second = *next;
-      std::uint32_t* to = next;
-      for (; to > begin && to[-1] > second; --to) *to = to[-1];
-      *to = second;
+    const std::uint32_t begin = start_[k], end = start_[k + 1];
+    if (end - begin <= 8 && begin + 8 <= last) {
+      sort_few(unsorted + begin, end - begin, second + begin);
+      const EightItems all = k + EightItems{};
+      std::memcpy(first + begin, &all, sizeof all);
+    } else {
+      std::copy(unsorted + begin, unsorted + end, second + begin);
+      std::sort(second + begin, second + end);
+      std::fill(first + begin, first + end, k);
     }
   }
 }

@@ -64,11 +64,8 @@ class NeighbourPairs {
   [[nodiscard]] const DiscBins& bins() const { return bins_; }
 
  private:
-  struct Pair {
-    std::uint32_t first, second;
-  };
-  /// Pairs in the order in which they are found.
-  struct Found {
+  /// Pairs in the order in which they are found, by one part: no two write to the same cache line.
+  struct alignas(64) Found {
     std::size_t count = 0;
     std::vector<std::uint32_t> first, second;
   };
@@ -86,11 +83,10 @@ class NeighbourPairs {
   double range_ = 1;
   std::size_t count_ = 0;
   std::vector<std::uint32_t> first_, second_, start_;
-  std::vector<Found> found_{1};  ///< by part
-  std::vector<Pair> sorted_;
-  std::vector<std::uint32_t> by_second_;
-  std::vector<Disc> built_;          ///< bodies as they were when pairs were found
-  std::vector<double> safe_square_;  ///< of the way from there within which no pair is missed
+  std::vector<std::uint32_t> unsorted_;  ///< seconds, those of each first together
+  std::vector<Found> found_{1};          ///< by part
+  std::vector<Disc> built_;              ///< bodies as they were when pairs were found
+  std::vector<double> safe_square_;      ///< of the way from there within which no pair is missed
   DiscBins bins_;
   Team* team_ = nullptr;
   PartedCounts counts_;
