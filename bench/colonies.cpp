@@ -300,7 +300,7 @@ std::size_t state_bytes(const model::WorldState& world) {
   const auto add = [&](const auto& column) { bytes += column.size() * sizeof(column.front()); };
   world.cells.each_column(add);
   add(world.cells.order), add(world.cells.rank);
-  add(world.contacts.start), add(world.contacts.items);
+  add(world.contacts.runs), add(world.contacts.items);
   return bytes;
 }
 

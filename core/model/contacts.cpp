@@ -4,18 +4,16 @@
 namespace somas::model {
 
 void Contacts::remap(std::span<const std::uint32_t> new_index) {
-  // Removal keeps the order of what stays, so lists are compacted in place.
-  std::uint32_t kept_cells = 0, kept_items = 0;
-  for (std::uint32_t i = 0; i + 1 < start.size(); ++i) {
-    const std::uint32_t begin = start[i], end = start[i + 1];
+  // Removal keeps the order of the cells that stay. Runs keep their places, and get shorter.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
     if (new_index[i] == gone) continue;
-    start[kept_cells++] = kept_items;
-    for (std::uint32_t k = begin; k < end; ++k)
-      if (new_index[items[k]] != gone) items[kept_items++] = new_index[items[k]];
+    Run run{runs[i].begin, runs[i].begin};
+    for (const std::uint32_t other : of(static_cast<std::uint32_t>(i)))
+      if (new_index[other] != gone) items[run.end++] = new_index[other];
+    runs[kept++] = run;
   }
-  start.resize(kept_cells + 1);
-  start[kept_cells] = kept_items;
-  items.resize(kept_items);
+  runs.resize(kept);
 }
 
 }  // namespace somas::model

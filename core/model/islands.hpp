@@ -33,6 +33,8 @@ class Islands {
   void use(Team* team) { team_ = team; }
   /// Gives each body its number. Returns false, and no numbers, where all are of one island.
   bool number(const Sites& sites, double distance, std::vector<std::uint32_t>& numbers);
+  /// Where there are several: the lowest number of each and, last, how many bodies there are.
+  [[nodiscard]] std::span<const std::uint32_t> starts() const { return start_; }
 
  private:
   /// Bins of a row with bodies, side by side.

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "core/model/islands.hpp"
-#include "core/model/lanes.hpp"
 #include "core/model/motility.hpp"
-#include "core/model/neighbours.hpp"
+#include "core/model/spring_solver.hpp"
 #include "core/model/springs.hpp"
 #include "core/model/team.hpp"
 #include "core/model/world_state.hpp"
@@ -19,24 +18,15 @@ namespace somas::model {
 /// Adds the environments' forces for the cells' present positions into fx, fy (zeroed).
 using ExternalForces = std::function<void(std::span<double> fx, std::span<double> fy)>;
 
-/// The springs of four pairs of cells.
-struct FourSprings {
-  Four stiffness, adhesion, range, contact;
-};
-
 class MechanicsSolver {
  public:
   explicit MechanicsSolver(Strangers strangers = {}) : table_(strangers) {}
 
   /// Shares the work with `team` (null: nobody) from now on; it must outlive this.
-  void use(Team* team) {
-    team_ = team;
-    pairs_.use(team);
-    islands_.use(team);
-  }
-  /// Where there are so many cells, those of an island stand side by side; fewer are in a near
-  /// cache in any order.
-  void order_by_islands_from(std::size_t cells) { least_numbered_ = cells; }
+  void use(Team* team);
+  /// Where there are so many cells, islands that cannot touch each other within a step are moved
+  /// block by block, of a sixteenth as many cells at least; fewer are in a near cache in any order.
+  void by_island_from(std::uint32_t cells) { least_by_island_ = cells; }
   /// All substeps of one step, then pressure and stress at the final positions.
   /// `external` may be empty; when given, positions in `world.cells` are current at each call.
   /// Motile cells crawl with forces found once, at the positions at the start.
@@ -50,74 +40,63 @@ class MechanicsSolver {
   /// each, or simply in canonical order.
   [[nodiscard]] std::span<const Body> bodies() const { return bodies_; }
   /// The cells, by place, where the last `run` left them or within their margins of it.
-  [[nodiscard]] const DiscBins& bins() const { return pairs_.bins(); }
+  [[nodiscard]] const DiscBins& bins();
   /// The cell at each place, by its index during the last `run`.
   [[nodiscard]] std::span<const std::uint32_t> cells() const { return cell_; }
 
  private:
-  void load(const WorldState& world);
-  void store(CellStore& cells) const;
-  void load_external(const ExternalForces& external, const CellStore& cells);
-  void find_pairs(const Mechanics& constants, const CellStore& cells);
-  void number(const CellStore& cells);
-  [[nodiscard]] bool number_islands(const Sites& sites, const CellStore& cells,
-                                    std::vector<std::uint32_t>& numbers);
-  void renumber(const CellStore& cells);
+  /// What one thread moves at a time: no two write to the same cache line.
+  struct alignas(64) Piece {
+    SpringSolver solver;
+    Stretch places;
+    Touching touching;
+    bool escaped = false;
+    std::uint32_t first_item = 0;  ///< of its contacts
+  };
+  [[nodiscard]] bool list_blocks(const CellStore& cells);
   void place(const CellStore& cells);
-  void list_constants();
-  template <class Work>
-  void share_pairs(const Work& work);
-  void list_constants(std::size_t begin, std::size_t end);
-  void compute_forces(double damping, const WorldState& world);
-  [[nodiscard]] bool compute_forces(double damping, std::size_t begin, std::size_t end);
-  void sum_forces(double drag);
-  [[nodiscard]] bool move(const Mechanics& constants);
-  [[nodiscard]] bool move(const Mechanics& constants, Stretch cells);
-  [[nodiscard]] Two summed_force(double drag, std::uint32_t cell) const;
-  void compute_stresses(const WorldState& world);
-  [[nodiscard]] bool compute_stresses(std::size_t begin, std::size_t end);
-  void sum_stresses(double pressure_scale, CellStore& cells);
-  [[nodiscard]] Four summed_stress(std::uint32_t cell) const;
-  void list_contacts_in_parts(Contacts& contacts, std::size_t count);
+  void take_pieces(unsigned pieces);
+  [[nodiscard]] bool run_blocks(const Mechanics& constants, WorldState& world);
+  void run_block(const Mechanics& constants, WorldState& world, Stretch block, Piece& piece);
+  [[nodiscard]] bool gone_far(const CellStore& cells, Stretch block) const;
+  void run_whole(const Mechanics& constants, WorldState& world, const ExternalForces& external);
+  void load(const WorldState& world);
+  void load_external(const ExternalForces& external, const CellStore& cells);
+  void store(CellStore& cells) const;
+  void store_stresses(double pressure_scale, CellStore& cells) const;
+  void drop_lost(Touching& touching) const;
+  void list_contacts(const Piece& piece, Contacts& contacts);
+  void list_contacts_in_parts(Contacts& contacts);
   template <class Visit>
-  void each_contact(std::uint32_t cell, Visit&& visit) const;
+  void each_contact(std::uint32_t place, Visit&& visit) const;
 
   SpringTable table_;
-  NeighbourPairs pairs_;
   Motility motility_;
+  SpringSolver whole_;  ///< of all cells, where these are not moved by island
+  // By island. Of two cells of a pair the lower in canonical order has the lower place, so sums are
+  // taken in canonical order.
   Islands islands_;
-  /// Of each cell, in canonical order, its place; empty: that order. Of two cells of a pair the
-  /// lower has the lower place, so taking pair after pair sums in canonical order.
-  std::vector<std::uint32_t> number_, next_number_;
-  std::size_t least_numbered_ = 4096;
-  std::size_t numbered_ = 0;             ///< so many cells
-  bool just_numbered_ = false;           ///< where they are now
-  std::vector<std::uint32_t> cell_;      ///< by place: index
-  std::vector<std::uint32_t> place_of_;  ///< by index: place
-  // By place.
-  std::vector<Body> bodies_, renumbered_;
-  std::vector<Two> force_;
-  std::vector<Four> sum_;                        ///< of collisions, and stress xx, xy, yy
+  std::uint32_t least_by_island_ = 4096;
+  bool by_island_ = false;                  ///< in the last run
+  std::vector<std::uint32_t> number_;       ///< by canonical order: place
+  std::vector<std::uint32_t> block_start_;  ///< places, and the end
+  std::vector<Piece> pieces_;               ///< the first `taken_` of the last run
+  unsigned taken_ = 0;
+  bool binned_ = false;  ///< since then
+  std::vector<Disc> discs_;
+  DiscBins bins_;
+
+  std::vector<std::uint32_t> cell_;              ///< by place: index
+  std::vector<std::uint32_t> place_of_;          ///< by index: place
+  std::vector<Body> bodies_;                     ///< by place
+  std::vector<Four> stress_;                     ///< by place: of collisions; and stress xx, xy, yy
   std::vector<double> external_x_, external_y_;  ///< in storage order
   std::vector<Two> external_;                    ///< by place; empty: there are none
-  std::vector<Four> pair_radii_;                 ///< sums of both radii, of four pairs each
-  std::vector<FourSprings> pair_springs_;        ///< of four pairs each; the first, where all alike
-  std::size_t springs_stride_ = 0;               ///< 0 where all are alike, else 1
-  /// Of pairs, with room to a multiple of four: what the second cell does to the first.
-  std::vector<Two> pair_force_;
-  std::vector<Four> pair_stress_;  ///< collision, and what it adds to stress xx, xy, yy
-  /// Of pairs in contact, the first `touching_count_`: both places.
-  std::vector<std::uint32_t> touching_first_, touching_second_;
-  std::size_t touching_count_ = 0;
-  // In parts: of each pair whether it is in contact; of each cell, by index, how many contacts.
-  std::vector<std::uint32_t> touching_, contact_count_;
-  std::vector<std::uint32_t> lower_, higher_;  ///< by index: contacts that come before and after it
-  std::vector<std::uint32_t> remains_;         ///< by place: the cell's index by now, or `gone`
+  std::vector<std::uint32_t> remains_;           ///< by place: the cell's index by now, or `gone`
+  // By place: where the next contact goes that comes before the cell; and what takes a pair of
+  // which it is the first to where the other goes.
+  std::vector<std::uint32_t> next_lower_, higher_;
   Team* team_ = nullptr;
-  /// Of the present step. In several, each sums into cells of its own, from both kinds of pairs:
-  /// those of which a cell is the second one, then those of which it is the first; so does a pass
-  /// over all pairs.
-  unsigned parts_ = 1;
 };
 
 /// Distance at which two resting cells of a state with radius r stay: both springs in balance,

@@ -38,14 +38,14 @@ struct FourSums {
 class SumsOverContacts {
  public:
   SumsOverContacts(const Contacts& contacts, const std::vector<double>& of)
-      : start_(contacts.start.data()),
+      : runs_(contacts.runs.data()),
         items_(contacts.items.data()),
         room_(contacts.items.size()),
         of_(of.data()) {}
 
   /// 0 + factor * of[first] + factor * of[second] ...
   [[nodiscard]] double operator()(std::uint32_t cell, double factor) const {
-    const std::uint32_t begin = start_[cell], count = start_[cell + 1] - begin;
+    const std::uint32_t begin = runs_[cell].begin, count = runs_[cell].end - begin;
     const std::uint32_t* items = items_ + begin;
     double sum = 0;
     std::uint32_t next = 0;
@@ -67,7 +67,8 @@ class SumsOverContacts {
 
  private:
   static constexpr std::int64_t which[12] = {-1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0};
-  const std::uint32_t *start_, *items_;
+  const Contacts::Run* runs_;
+  const std::uint32_t* items_;
   std::size_t room_;
   const double* of_;
 };

@@ -11,9 +11,6 @@ namespace somas::model {
 
 namespace {
 
-/// However fast a body is, it must not cost everybody wide bins.
-constexpr double widest_margin = 0.2;
-
 /// For each set of eight lanes, these first.
 alignas(32) constexpr auto lanes_first = [] {
   std::array<std::array<std::uint32_t, 8>, 256> table{};
@@ -78,10 +75,6 @@ bool NeighbourPairs::stale(std::span<const Body> bodies, double range) {
   return any_drifted;
 }
 
-double NeighbourPairs::longest(double radius, double range, double skin) {
-  return 2.0 * (range * radius + 0.5 * skin + widest_margin) + 10.0 * DiscBins::coarse_error;
-}
-
 void NeighbourPairs::build(std::span<const Body> bodies, double range, double skin, double time) {
   range_ = range;
   built_.resize(bodies.size());
@@ -91,7 +84,7 @@ void NeighbourPairs::build(std::span<const Body> bodies, double range, double sk
     for (std::uint32_t i = begin; i < end; ++i) {
       const Body& body = bodies[i];
       const double way = time * std::sqrt(body.vx * body.vx + body.vy * body.vy);
-      const double own = 0.5 * skin + (way < widest_margin ? way : widest_margin);
+      const double own = 0.5 * skin + (way < longest_way ? way : longest_way);
       built_[i] = {body.x, body.y, body.radius, own};
       safe_square_[i] = own * own;
     }

@@ -31,8 +31,8 @@ class NeighbourPairs {
     team_ = team;
     bins_.use(team);
   }
-  /// What the members of a pair found are nearer to each other than, of bodies up to that radius.
-  [[nodiscard]] static double longest(double radius, double range, double skin);
+  /// No margin is wider.
+  [[nodiscard]] static double widest_margin(double skin) { return 0.5 * skin + longest_way; }
   void build(std::span<const Body> bodies, double range, double skin, double time = 0);
   /// Whether a pair may have come within reach that was not found. Where not, `drifted` knows of
   /// the bodies' present radii.
@@ -64,6 +64,9 @@ class NeighbourPairs {
   [[nodiscard]] const DiscBins& bins() const { return bins_; }
 
  private:
+  /// However fast a body is, it must not cost everybody wide bins.
+  static constexpr double longest_way = 0.2;
+
   /// Pairs in the order in which they are found, by one part: no two write to the same cache line.
   struct alignas(64) Found {
     std::size_t count = 0;

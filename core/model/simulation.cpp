@@ -74,7 +74,7 @@ void Simulation::found(std::span<const RosterEntry> roster) {
     organism.outcome.peak_cells = 1;
   }
   reorganise();
-  state_.contacts.start.assign(cells.size() + 1, 0);
+  state_.contacts.reset(cells.size());
 }
 
 template <class Part>
@@ -310,8 +310,7 @@ void Simulation::reorganise() { reorganiser_.run(state_.cells, {}); }
 void Simulation::restructured() {
   state_.cells.ranges.clear();  // nothing is known to be in order
   reorganise();
-  state_.contacts.start.assign(state_.cells.size() + 1, 0);
-  state_.contacts.items.clear();
+  state_.contacts.reset(state_.cells.size());
   for (OrganismState& organism : state_.organisms) organism.live = 0;
   for (const std::uint16_t k : state_.cells.organism) ++state_.organisms[k].live;
 }

@@ -75,7 +75,7 @@ class Simulation {
   void use(Team* team);
   /// Mechanics keeps at least so many cells (core/model/mechanics.hpp) island by island. Never
   /// changes what happens.
-  void order_by_islands_from(std::size_t cells) { mechanics_.order_by_islands_from(cells); }
+  void move_by_island_from(std::uint32_t cells) { mechanics_.by_island_from(cells); }
   /// Measures every step from now on into `profile` (null: no more), which must outlive it.
   void measure(Profile* profile);
 

@@ -470,10 +470,11 @@ Simulation::Simulation(const Ecosystem& ecosystem, std::span<const Phenotype* co
 
   // Cells come in canonical order; contacts follow them into the storage.
   reorganise();
+  std::vector<std::uint32_t>& items = state_.contacts.items;
   for (const std::uint32_t k : state_.cells.rank) {
-    for (const std::uint32_t other : contacts[k])
-      state_.contacts.items.push_back(state_.cells.order[other]);
-    state_.contacts.start.push_back(static_cast<std::uint32_t>(state_.contacts.items.size()));
+    const auto begin = static_cast<std::uint32_t>(items.size());
+    for (const std::uint32_t other : contacts[k]) items.push_back(state_.cells.order[other]);
+    state_.contacts.runs.push_back({begin, static_cast<std::uint32_t>(items.size())});
   }
 }
 

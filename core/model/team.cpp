@@ -62,7 +62,8 @@ Team::Team(unsigned threads, std::uint32_t least)
     : least_(std::max(least, 1u)),
       threads_(std::max(threads, 1u)),
       awake_(threads <= std::thread::hardware_concurrency()),
-      errors_(most_pieces()) {}
+      errors_(most_pieces()),
+      lanes_(threads_) {}
 
 Team::~Team() {
   over_ = true;
@@ -75,7 +76,10 @@ void Team::start() {
   started_ = true;
   others_.reserve(threads() - 1);
   try {
-    while (others_.size() < threads() - 1) others_.emplace_back([this] { serve(); });
+    while (others_.size() < threads() - 1) {
+      const auto thread = static_cast<unsigned>(others_.size()) + 1;
+      others_.emplace_back([this, thread] { serve(thread); });
+    }
   } catch (const std::system_error&) {
     // The system gives no more: those that it gave take all parts.
   }
@@ -86,13 +90,18 @@ void Team::carry_out(Call call, void* context, unsigned parts) {
   // First nobody can take parts any more by the ticket of the work before: who reads what follows
   // has then seen that.
   const std::uint64_t number = works_.load(std::memory_order_relaxed) + std::uint64_t{1};
-  ticket_.store(number << 32 | no_part, std::memory_order_release);
+  for (Lane& lane : lanes_) lane.ticket.store(number << 32 | no_part, std::memory_order_release);
   call_.store(call, std::memory_order_release);
   context_.store(context, std::memory_order_release);
-  parts_.store(parts, std::memory_order_release);
   site_.store(watched_site, std::memory_order_release);
   left_.store(parts, std::memory_order_release);
-  ticket_.store(number << 32 | 1, std::memory_order_release);
+  unsigned next = 1;  // the first part is taken
+  for (unsigned thread = 0; thread < threads_; ++thread) {
+    const unsigned end = (parts * (thread + 1) + threads_ - 1) / threads_;
+    lanes_[thread].end.store(end, std::memory_order_release);
+    lanes_[thread].ticket.store(number << 32 | next, std::memory_order_release);
+    next = end;
+  }
   // Sequentially consistent: notifying looks for sleepers, and must not do so before.
   works_.store(static_cast<std::uint32_t>(number));
   if (parts >= threads_) {
@@ -102,34 +111,40 @@ void Team::carry_out(Call call, void* context, unsigned parts) {
   }
 
   finish(0, call, context);
-  help();
+  help(0);
   for (std::uint32_t left = left_.load(std::memory_order_acquire); left != 0;
        left = left_.load(std::memory_order_acquire))
     await_change(left_, left, awake_);
   throw_on(parts);
 }
 
-void Team::serve() {
+void Team::serve(unsigned thread) {
   const ReportStack stack;
   for (std::uint32_t done = 0;;) {
     await_change(works_, done, awake_);
     // In this order: the end comes with a number of its own, which must not be taken for a work's.
     done = works_.load(std::memory_order_acquire);
     if (over_) return;
-    help();
+    help(thread);
   }
 }
 
-void Team::help() {
-  // Takes parts until there are none. What is read of a work that has meanwhile ended is not used.
-  std::uint64_t ticket = ticket_.load(std::memory_order_acquire);
+/// Takes parts until there are none, those of its own lane first.
+void Team::help(unsigned thread) {
+  for (unsigned k = 0; k < threads_; ++k) help_with((thread + k) % threads_);
+}
+
+void Team::help_with(unsigned lane) {
+  // What is read of a work that has meanwhile ended is not used.
+  std::atomic<std::uint64_t>& next = lanes_[lane].ticket;
+  std::uint64_t ticket = next.load(std::memory_order_acquire);
   for (;;) {
     const Call call = call_.load(std::memory_order_acquire);
     void* const context = context_.load(std::memory_order_acquire);
     CallSite* const site = site_.load(std::memory_order_acquire);
     const auto part = static_cast<std::uint32_t>(ticket);
-    if (part >= parts_.load(std::memory_order_acquire)) return;
-    if (!ticket_.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
+    if (part >= lanes_[lane].end.load(std::memory_order_acquire)) return;
+    if (!next.compare_exchange_weak(ticket, ticket + 1, std::memory_order_acq_rel)) continue;
     CallSite* const outer = std::exchange(watched_site, site);
     finish(part, call, context);
     watched_site = outer;

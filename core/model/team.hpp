@@ -53,10 +53,11 @@ class Team {
 
   /// Calls work(part) for each part below `parts`, at most most_pieces(), and ends when all have
   /// ended.
-  /// The calling thread takes the first, and others that nobody has begun: where the machine has no
-  /// processor for the team, it does all. Of what parts throw, the exception of the lowest is
-  /// thrown on. Crashes are noted where the caller's are. By one thread at a time, and never from
-  /// within; allocates nothing once the threads have started.
+  /// Each thread begins with parts of its own, the same ones each time, whose data it may still
+  /// have in its caches, and goes on to those that nobody has begun; the calling one has the first:
+  /// where the machine has no processor for the team, it does all. Of what parts throw, the
+  /// exception of the lowest is thrown on. Crashes are noted where the caller's are. By one thread
+  /// at a time, and never from within; allocates nothing once the threads have started.
   template <class Work>
   void run(unsigned parts, Work& work) {
     carry_out([](void* context, unsigned part) { (*static_cast<Work*>(context))(part); },
@@ -68,8 +69,9 @@ class Team {
 
   void carry_out(Call call, void* context, unsigned parts);
   void start();
-  void serve();
-  void help();
+  void serve(unsigned thread);
+  void help(unsigned thread);
+  void help_with(unsigned lane);
   void finish(unsigned part, Call call, void* context);
   void throw_on(unsigned parts);
 
@@ -84,12 +86,16 @@ class Team {
   // when all parts have ended only, and while it does the ticket is for no part.
   std::atomic<Call> call_ = nullptr;
   std::atomic<void*> context_ = nullptr;
-  std::atomic<unsigned> parts_ = 0;
   std::atomic<CallSite*> site_ = nullptr;
   std::atomic<bool> over_ = false;
-  alignas(64) std::atomic<std::uint64_t> ticket_ = 0;  ///< number of the work, then the next part
-  alignas(64) std::atomic<std::uint32_t> works_ = 0;   ///< so far: what the others wait for
-  alignas(64) std::atomic<std::uint32_t> left_ = 0;    ///< parts that have not ended
+  /// The parts of a thread.
+  struct alignas(64) Lane {
+    std::atomic<std::uint64_t> ticket = 0;  ///< number of the work, then the next part
+    std::atomic<unsigned> end = 0;
+  };
+  std::vector<Lane> lanes_;
+  alignas(64) std::atomic<std::uint32_t> works_ = 0;  ///< so far: what the others wait for
+  alignas(64) std::atomic<std::uint32_t> left_ = 0;   ///< parts that have not ended
 };
 
 /// A part of [0, count).

@@ -88,12 +88,21 @@ struct OrganismState {
 
 /// The pairs that ambrosia can pass between, after the last mechanics: cells of one organism that
 /// adhere to each other; with `strangers.feed` also those of two organisms that touch, by adhesion
-/// or else by collision. Of cell i, items[start[i]] .. items[start[i + 1]], in canonical order.
+/// or else by collision.
 struct Contacts {
-  std::vector<std::uint32_t> start{0}, items;
+  struct Run {
+    std::uint32_t begin = 0, end = 0;
+  };
+  std::vector<Run> runs;             ///< by cell: where among the items, in canonical order
+  std::vector<std::uint32_t> items;  ///< cells; the runs of those near each other stand together
 
   [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t cell) const {
-    return {items.data() + start[cell], items.data() + start[cell + 1]};
+    return {items.data() + runs[cell].begin, items.data() + runs[cell].end};
+  }
+  /// For so many cells, which touch nobody.
+  void reset(std::size_t cells) {
+    runs.assign(cells, {});
+    items.clear();
   }
   /// Follows a reorganisation that removed cells: `new_index` by old index.
   void remap(std::span<const std::uint32_t> new_index);

@@ -46,7 +46,7 @@ void* WorldView::extension(std::string_view id) const {
 }
 
 WorldView::WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
-                     const MechanicsSolver& mechanics)
+                     MechanicsSolver& mechanics)
     : ecosystem_(ecosystem), state_(state), inputs_(inputs), mechanics_(mechanics) {
   for (const auto& purpose : ecosystem.schema().purposes)
     purpose_keys_.push_back(stable_key(purpose));

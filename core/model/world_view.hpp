@@ -33,7 +33,7 @@ class WorldView final : public World {
  public:
   /// All must outlive it. Hits are found among the cells as `mechanics` left them.
   WorldView(const Ecosystem& ecosystem, WorldState& state, FloatMatrix& inputs,
-            const MechanicsSolver& mechanics);
+            MechanicsSolver& mechanics);
 
   /// Calls the environments that act in `phase`, in the experiment's order. Throws PluginFailure,
   /// also for sensors and forces that are not finite numbers.
@@ -83,7 +83,7 @@ class WorldView final : public World {
   const Ecosystem& ecosystem_;
   WorldState& state_;
   FloatMatrix& inputs_;
-  const MechanicsSolver& mechanics_;
+  MechanicsSolver& mechanics_;
   Cells cells_;
   std::optional<Phase> phase_;
   const std::string* acting_ = nullptr;  ///< the instance that acts

@@ -105,7 +105,7 @@ struct BusyWorld {
 
 /// As worlds of thousands of cells are kept.
 void order_by_islands_for_some(std::uint64_t seed, Bench& bench) {
-  if (seed % 4 < 2) bench.simulation().order_by_islands_from(2);
+  if (seed % 4 < 2) bench.simulation().move_by_island_from(2);
 }
 
 TEST(Reference, LivesAsTheEngineDoesInABusyWorld) {

@@ -322,13 +322,10 @@ TEST(Hash, ChangesWithAllElseThatTheNextStepReads) {
   expect_changed("table", world.tables[0].column(1)[0], 77.0);
   expect_changed("next id", world.organisms[0].next_id, 4711u);
   expect_changed("key", world.organisms[0].key, 4711u);
-  const std::vector<std::uint32_t> contacts = world.contacts.items;
-  const std::vector<std::uint32_t> starts = world.contacts.start;
-  world.contacts.items.clear();
-  std::fill(world.contacts.start.begin(), world.contacts.start.end(), 0u);
+  const Contacts contacts = world.contacts;
+  world.contacts.reset(world.cells.size());
   EXPECT_NE(bench.simulation().hash(), before) << "contacts";
-  world.contacts.items = contacts;
-  world.contacts.start = starts;
+  world.contacts = contacts;
   EXPECT_EQ(bench.simulation().hash(), before);
   for (std::size_t kind = 0; kind < 3; ++kind) {
     const float kept = world.organisms[0].fields.value(kind, 20, 20);

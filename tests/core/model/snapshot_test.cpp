@@ -417,7 +417,7 @@ TEST(Snapshot, DamageIsNamed) {
   ASSERT_FALSE(world.contacts.items.empty());
   std::uint32_t owner = 0;
   while (world.contacts.of(owner).empty()) ++owner;
-  EXPECT_THAT(refusal(world.contacts.items[world.contacts.start[owner]], owner),
+  EXPECT_THAT(refusal(world.contacts.items[world.contacts.runs[owner].begin], owner),
               HasSubstr("touches no other cell"));
 }
 
