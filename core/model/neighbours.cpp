@@ -39,19 +39,52 @@ inline void exchange(EightItems& items, const EightItems& partner) {
   items = lanes < reinterpret_cast<const EightMask&>(partner) ? low : high;
 }
 
+inline EightItems read_items(const std::uint32_t* items, std::size_t count) {
+  EightItems all;
+  std::memcpy(&all, items, sizeof all);
+  return lanes < static_cast<std::int32_t>(count) ? all : ~EightItems{};
+}
+
+constexpr EightItems swap_fours{4, 5, 6, 7, 0, 1, 2, 3};
+constexpr EightItems swap_twos{2, 3, 0, 1, 6, 7, 4, 5};
+constexpr EightItems swap_ones{1, 0, 3, 2, 5, 4, 7, 6};
+
+/// 19 exchanges in six layers (D. E. Knuth, The Art of Computer Programming 3, 5.3.4).
+inline void sort_eight(EightItems& items) {
+  exchange(items, swap_twos);
+  exchange(items, swap_fours);
+  exchange(items, swap_ones);
+  exchange(items, EightItems{0, 1, 4, 5, 2, 3, 6, 7});
+  exchange(items, EightItems{0, 4, 2, 6, 1, 5, 3, 7});
+  exchange(items, EightItems{0, 2, 1, 4, 3, 6, 5, 7});
+}
+
+/// Sorts items that rise, then fall, or fall, then rise (K. E. Batcher's bitonic merge).
+inline void merge_eight(EightItems& items) {
+  exchange(items, swap_fours);
+  exchange(items, swap_twos);
+  exchange(items, swap_ones);
+}
+
 /// Sorts up to eight items; reads and writes eight.
 inline void sort_few(const std::uint32_t* items, std::size_t count, std::uint32_t* sorted) {
-  EightItems few;
-  std::memcpy(&few, items, sizeof few);
-  few = lanes < static_cast<std::int32_t>(count) ? few : ~EightItems{};
-  // 19 exchanges in six layers (D. E. Knuth, The Art of Computer Programming 3, 5.3.4).
-  exchange(few, EightItems{2, 3, 0, 1, 6, 7, 4, 5});
-  exchange(few, EightItems{4, 5, 6, 7, 0, 1, 2, 3});
-  exchange(few, EightItems{1, 0, 3, 2, 5, 4, 7, 6});
-  exchange(few, EightItems{0, 1, 4, 5, 2, 3, 6, 7});
-  exchange(few, EightItems{0, 4, 2, 6, 1, 5, 3, 7});
-  exchange(few, EightItems{0, 2, 1, 4, 3, 6, 5, 7});
+  EightItems few = read_items(items, count);
+  sort_eight(few);
   std::memcpy(sorted, &few, sizeof few);
+}
+
+/// Sorts nine to sixteen items; reads and writes sixteen.
+inline void sort_more(const std::uint32_t* items, std::size_t count, std::uint32_t* sorted) {
+  EightItems low = read_items(items, 8), high = read_items(items + 8, count - 8);
+  sort_eight(low);
+  sort_eight(high);
+  const EightItems falling = __builtin_shuffle(high, EightItems{7, 6, 5, 4, 3, 2, 1, 0});
+  high = falling < low ? low : falling;
+  low = falling < low ? falling : low;
+  merge_eight(low);
+  merge_eight(high);
+  std::memcpy(sorted, &low, sizeof low);
+  std::memcpy(sorted + 8, &high, sizeof high);
 }
 
 }  // namespace
@@ -237,16 +270,20 @@ void NeighbourPairs::sort_seconds(Stretch bodies) {
   // Behind the last pair may be those of another part.
   const std::uint32_t last = start_[bodies.end];
   for (std::uint32_t k = bodies.begin; k < bodies.end; ++k) {
-    const std::uint32_t begin = start_[k], end = start_[k + 1];
-    if (end - begin <= 8 && begin + 8 <= last) {
-      sort_few(unsorted + begin, end - begin, second + begin);
-      const EightItems all = k + EightItems{};
-      std::memcpy(first + begin, &all, sizeof all);
+    const std::uint32_t begin = start_[k], count = start_[k + 1] - begin;
+    if (count <= 8 && begin + 16 <= last) {
+      sort_few(unsorted + begin, count, second + begin);
+    } else if (count <= 16 && begin + 16 <= last) {
+      sort_more(unsorted + begin, count, second + begin);
     } else {
-      std::copy(unsorted + begin, unsorted + end, second + begin);
-      std::sort(second + begin, second + end);
-      std::fill(first + begin, first + end, k);
+      std::copy_n(unsorted + begin, count, second + begin);
+      std::sort(second + begin, second + begin + count);
+      std::fill_n(first + begin, count, k);
+      continue;
     }
+    const EightItems all = k + EightItems{};
+    std::memcpy(first + begin, &all, sizeof all);
+    std::memcpy(first + begin + 8, &all, sizeof all);
   }
 }
 
