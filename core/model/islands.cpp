@@ -9,34 +9,49 @@
 namespace somas::model {
 
 bool Islands::number(const Sites& sites, double distance, std::vector<std::uint32_t>& numbers) {
-  const unsigned parts = team_ == nullptr ? 1 : team_->parts(sites.count);
-  lay_out(sites, distance);
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(sites.count());
+  lay_out(sites, distance, parts);
   mark(sites, parts);
   list_runs();
   join_rows();
   const std::uint32_t islands = name_islands();
   if (islands < 2) return false;
-  numbers.resize(sites.count);
+  numbers.resize(sites.count());
   count_up(islands, numbers, parts);
   return true;
 }
 
+/// Of those that are somewhere.
+Islands::Bounds Islands::bounds_of(const Sites& sites, Stretch own) {
+  constexpr double nowhere = std::numeric_limits<double>::infinity(), absurd = 1e30;
+  Bounds bounds{{nowhere, nowhere}, {-nowhere, -nowhere}};
+  for (std::uint32_t i = own.begin; i < own.end; ++i) {
+    const Two at{sites.x[i], sites.y[i]};
+    if (!((std::abs(at[0]) < absurd) & (std::abs(at[1]) < absurd))) continue;
+    bounds.low = at < bounds.low ? at : bounds.low;
+    bounds.high = at > bounds.high ? at : bounds.high;
+  }
+  return bounds;
+}
+
 /// Bins so wide that who is nearer than the distance is in the same one or in one of the eight
 /// round it.
-void Islands::lay_out(const Sites& sites, double distance) {
-  constexpr double nowhere = std::numeric_limits<double>::infinity(), absurd = 1e30;
-  Two low{nowhere, nowhere}, high{-nowhere, -nowhere};
-  for (std::size_t k = 0; k < sites.count; ++k) {
-    const Two at = sites[k];
-    if (!((std::abs(at[0]) < absurd) & (std::abs(at[1]) < absurd))) continue;
-    low = at < low ? at : low;
-    high = at > high ? at : high;
+void Islands::lay_out(const Sites& sites, double distance, unsigned parts) {
+  bounds_.resize(parts);
+  const auto look = [&](unsigned part) {
+    bounds_[part] = bounds_of(sites, stretch(sites.count(), part, parts));
+  };
+  run_parts(team_, parts, look);
+  Two low = bounds_[0].low, high = bounds_[0].high;
+  for (const Bounds& some : bounds_) {
+    low = some.low < low ? some.low : low;
+    high = some.high > high ? some.high : high;
   }
   if (!(low[0] <= high[0])) low = high = Two{};
   low_ = low;
   const double width = high[0] - low[0], height = high[1] - low[1];
   // A body far off must not cost a grid as wide: a few bins a body are enough.
-  const double most_bins = 4.0 * static_cast<double>(sites.count) + 1024;
+  const double most_bins = 4.0 * static_cast<double>(sites.count()) + 1024;
   const double side = (1 + 1e-9) * std::max({distance, std::max(width, height) / most_bins,
                                              std::sqrt(width * height / most_bins)});
   per_length_ = 1.0 / side;
@@ -47,9 +62,9 @@ void Islands::lay_out(const Sites& sites, double distance) {
 
 void Islands::mark(const Sites& sites, unsigned parts) {
   inhabited_.assign(std::size_t{stride_} * rows_, 0);
-  bin_of_.resize(sites.count);
+  bin_of_.resize(sites.count());
   const auto mark_some = [&](unsigned part) {
-    const Stretch own = stretch(static_cast<std::uint32_t>(sites.count), part, parts);
+    const Stretch own = stretch(sites.count(), part, parts);
     for (std::uint32_t k = own.begin; k < own.end; ++k) {
       // What is nowhere, and near nobody, counts at an edge.
       const auto bin = [this](double from, std::uint32_t bins) {

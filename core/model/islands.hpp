@@ -12,14 +12,14 @@
 
 namespace somas::model {
 
-/// Where bodies are: the k-th at (x[stride i], y[stride i]), i being index[k], or k without one.
+/// Where bodies are: the k-th at (x[i], y[i]), i being index[k], or k without one.
 struct Sites {
-  const double *x, *y;
-  std::size_t count, stride;
+  std::span<const double> x, y;
   std::span<const std::uint32_t> index;
 
+  [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(x.size()); }
   [[nodiscard]] Two operator[](std::size_t k) const {
-    const std::size_t i = stride * (index.empty() ? k : index[k]);
+    const std::size_t i = index.empty() ? k : index[k];
     return Two{x[i], y[i]};
   }
 };
@@ -42,7 +42,11 @@ class Islands {
     std::uint32_t row, begin, end;
     std::uint32_t joined;  ///< with this run, itself or a lower one
   };
-  void lay_out(const Sites& sites, double distance);
+  struct Bounds {
+    Two low, high;
+  };
+  [[nodiscard]] static Bounds bounds_of(const Sites& sites, Stretch own);
+  void lay_out(const Sites& sites, double distance, unsigned parts);
   void mark(const Sites& sites, unsigned parts);
   void list_runs();
   void join_rows();
@@ -51,6 +55,7 @@ class Islands {
   [[nodiscard]] std::uint32_t name_islands();
   void count_up(std::uint32_t islands, std::vector<std::uint32_t>& numbers, unsigned parts);
 
+  std::vector<Bounds> bounds_;  ///< by part
   Two low_{};
   double per_length_ = 1;
   std::uint32_t columns_ = 1, rows_ = 1, stride_ = 2;  ///< a row ends with one bin more, empty

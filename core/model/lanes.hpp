@@ -14,11 +14,24 @@ using FourFloats = float __attribute__((vector_size(16)));
 using FourMask = std::int64_t __attribute__((vector_size(32)));
 using EightFloats = float __attribute__((vector_size(32)));
 using EightMask = std::int32_t __attribute__((vector_size(32)));
+using FourItems = std::uint32_t __attribute__((vector_size(16)));
 using EightItems = std::uint32_t __attribute__((vector_size(32)));
 
 inline bool any(const FourMask& mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
 
 /// The lanes of a mask as bits.
+inline std::uint32_t bits_of(const FourMask& mask) {
+#ifdef __AVX__
+  Four lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
+#else
+  std::uint32_t bits = 0;
+  for (std::uint32_t lane = 0; lane < 4; ++lane)
+    bits |= static_cast<std::uint32_t>(mask[lane] & 1) << lane;
+  return bits;
+#endif
+}
 inline std::uint32_t bits_of(const EightMask& mask) {
 #ifdef __AVX__
   EightFloats lanes;

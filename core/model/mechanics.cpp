@@ -1,6 +1,7 @@
 #include "core/model/mechanics.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -71,8 +72,9 @@ void MechanicsSolver::run_whole(const Mechanics& constants, WorldState& world,
 bool MechanicsSolver::list_blocks(const CellStore& cells) {
   const std::uint32_t count = cells.size();
   if (count < least_by_island_) return false;
-  const double widest = *std::max_element(cells.radius.begin(), cells.radius.end());
-  const Sites sites{cells.x.data(), cells.y.data(), count, 1, cells.order};
+  double widest = 0;
+  for (const double radius : cells.radius) widest = std::max(widest, radius);
+  const Sites sites{cells.x, cells.y, cells.order};
   if (!islands_.number(sites, 2.0 * (table_.range() * widest + free_way), number_)) return false;
   // Small islands share a block: each costs a little of its own.
   const std::uint32_t least = least_by_island_ / 16;
@@ -101,6 +103,13 @@ void MechanicsSolver::place(const CellStore& cells) {
   });
 }
 
+/// A solver that nobody uses; of so many pieces the same one each time, where that can be.
+MechanicsSolver::BlockSolver& MechanicsSolver::free_solver(unsigned piece, unsigned pieces) {
+  const std::size_t solvers = block_solvers_.size();
+  for (std::size_t s = solvers * piece / pieces;; s = (s + 1) % solvers)
+    if (!block_solvers_[s].busy.exchange(true, std::memory_order_acquire)) return block_solvers_[s];
+}
+
 void MechanicsSolver::take_pieces(unsigned pieces) {
   if (pieces_.size() < pieces) pieces_.resize(pieces);
   taken_ = pieces;
@@ -110,17 +119,22 @@ void MechanicsSolver::take_pieces(unsigned pieces) {
 /// Block after block through all substeps, so that all of it stays in a near cache. Returns false
 /// where somebody has gone so far that it may have met another block: then all that came of it
 /// counts for nothing.
-bool MechanicsSolver::run_blocks(const Mechanics& constants, WorldState& world) {
+bool MechanicsSolver::run_blocks(const Mechanics& constants, const WorldState& world) {
   const std::uint32_t count = world.cells.size();
   take_pieces(team_ == nullptr ? 1 : team_->pieces(count));
+  const std::size_t threads = team_ == nullptr ? 1 : team_->threads();
+  if (block_solvers_.size() < threads) block_solvers_ = std::vector<BlockSolver>(threads);
   const auto run_some = [&](unsigned p) {
     const Stretch own = stretch(count, p, taken_);
     auto block = std::ranges::lower_bound(block_start_, own.begin);
     Piece& piece = pieces_[p];
     piece.places.begin = *block;
     piece.escaped = false;
+    BlockSolver& block_solver = free_solver(p, taken_);
     for (; *block < own.end && !piece.escaped; ++block)
-      run_block(constants, world, {block[0], block[1]}, piece);
+      piece.escaped =
+          !run_block(constants, world, {block[0], block[1]}, block_solver.solver, piece.touching);
+    block_solver.busy.store(false, std::memory_order_release);
     piece.places.end = *block;
   };
   run_parts(team_, taken_, run_some);
@@ -128,10 +142,10 @@ bool MechanicsSolver::run_blocks(const Mechanics& constants, WorldState& world) 
                       [](const Piece& piece) { return piece.escaped; });
 }
 
-void MechanicsSolver::run_block(const Mechanics& constants, WorldState& world, Stretch block,
-                                Piece& piece) {
+/// Returns false where somebody has gone too far.
+bool MechanicsSolver::run_block(const Mechanics& constants, const WorldState& world, Stretch block,
+                                SpringSolver& solver, Touching& touching) {
   const std::uint32_t size = block.end - block.begin;
-  SpringSolver& solver = piece.solver;
   const auto external = external_.empty()
                             ? std::span<const Two>{}
                             : std::span<const Two>(external_).subspan(block.begin, size);
@@ -140,11 +154,9 @@ void MechanicsSolver::run_block(const Mechanics& constants, WorldState& world, S
       {block.begin, std::span(bodies_).subspan(block.begin, size),
        std::span(stress_).subspan(block.begin, size), std::span(cell_).subspan(block.begin, size)});
   for (std::uint32_t s = 0; s < constants.substeps; ++s)
-    if (solver.move(external) && gone_far(world.cells, block)) {
-      piece.escaped = true;
-      return;
-    }
-  solver.finish(piece.touching);
+    if (solver.move(external) && gone_far(world.cells, block)) return false;
+  solver.finish(touching);
+  return true;
 }
 
 /// Whether a body has left its surroundings, or may do so before pairs are found anew. It started
@@ -252,14 +264,13 @@ void MechanicsSolver::list_contacts(Contacts& contacts, std::span<const std::uin
 
 /// Keeps the pairs of which both cells remain.
 void MechanicsSolver::drop_lost(Touching& touching) const {
-  std::uint32_t *const first = touching.first.data(), *const second = touching.second.data();
+  Touching::Pair* const pairs = touching.pairs.data();
   const std::uint32_t* const remains = remains_.data();
   std::size_t kept = 0;
   for (std::size_t t = 0; t < touching.count; ++t) {
-    const std::uint32_t a = first[t], b = second[t];
-    first[kept] = a;
-    second[kept] = b;
-    kept += std::size_t{remains[a] != gone} & std::size_t{remains[b] != gone};
+    const Touching::Pair pair = pairs[t];
+    pairs[kept] = pair;
+    kept += std::size_t{remains[pair.first] != gone} & std::size_t{remains[pair.second] != gone};
   }
   touching.count = kept;
 }
@@ -267,30 +278,29 @@ void MechanicsSolver::drop_lost(Touching& touching) const {
 /// Counts, then places: pair after pair, so each cell's contacts come in canonical order, the lower
 /// before the higher. How many a cell has is hard to foretell: nothing branches on it.
 void MechanicsSolver::list_contacts(const Piece& piece, Contacts& contacts) {
-  const Touching& touching = piece.touching;
-  const auto count = static_cast<std::uint32_t>(touching.count);
-  const std::uint32_t *const first = touching.first.data(), *const second = touching.second.data();
+  const auto count = static_cast<std::uint32_t>(piece.touching.count);
+  const Touching::Pair* const pairs = piece.touching.pairs.data();
   const std::uint32_t* const remains = remains_.data();
   std::uint32_t *const lower = next_lower_.data(), *const higher = higher_.data();
   std::fill(lower + piece.places.begin, lower + piece.places.end, 0u);
   std::fill(higher + piece.places.begin, higher + piece.places.end, 0u);
   // Pairs with the same first follow each other: it is enough to know where they end.
   for (std::uint32_t t = 0; t < count; ++t) {
-    higher[first[t]] = t + 1;
-    ++lower[second[t]];
+    higher[pairs[t].first] = t + 1;
+    ++lower[pairs[t].second];
   }
-  std::uint32_t next = piece.first_item, pairs = 0;
+  std::uint32_t next = piece.first_item, before = 0;
   for (std::uint32_t k = piece.places.begin; k < piece.places.end; ++k) {
     const std::uint32_t begin = next, middle = begin + std::exchange(lower[k], begin);
-    const std::uint32_t pairs_end = std::max(pairs, higher[k]);
-    next = middle + (pairs_end - pairs);
-    higher[k] = middle - pairs;
-    pairs = pairs_end;
+    const std::uint32_t end = std::max(before, higher[k]);
+    next = middle + (end - before);
+    higher[k] = middle - before;
+    before = end;
     if (remains[k] != gone) contacts.runs[remains[k]] = {begin, next};
   }
   std::uint32_t* const items = contacts.items.data();
   for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t a = first[t], b = second[t];
+    const auto [a, b] = pairs[t];
     items[higher[a] + t] = remains[b];
     items[lower[b]++] = remains[a];
   }

@@ -1,6 +1,7 @@
 // Mass-spring-damper mechanics of discs (docs/model.md, section 3).
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -45,9 +46,13 @@ class MechanicsSolver {
   [[nodiscard]] std::span<const std::uint32_t> cells() const { return cell_; }
 
  private:
+  /// By one thread at a time.
+  struct alignas(64) BlockSolver {
+    std::atomic<bool> busy = false;
+    SpringSolver solver;
+  };
   /// What one thread moves at a time: no two write to the same cache line.
   struct alignas(64) Piece {
-    SpringSolver solver;
     Stretch places;
     Touching touching;
     bool escaped = false;
@@ -56,8 +61,10 @@ class MechanicsSolver {
   [[nodiscard]] bool list_blocks(const CellStore& cells);
   void place(const CellStore& cells);
   void take_pieces(unsigned pieces);
-  [[nodiscard]] bool run_blocks(const Mechanics& constants, WorldState& world);
-  void run_block(const Mechanics& constants, WorldState& world, Stretch block, Piece& piece);
+  [[nodiscard]] BlockSolver& free_solver(unsigned piece, unsigned pieces);
+  [[nodiscard]] bool run_blocks(const Mechanics& constants, const WorldState& world);
+  [[nodiscard]] bool run_block(const Mechanics& constants, const WorldState& world, Stretch block,
+                               SpringSolver& solver, Touching& touching);
   [[nodiscard]] bool gone_far(const CellStore& cells, Stretch block) const;
   void run_whole(const Mechanics& constants, WorldState& world, const ExternalForces& external);
   void load(const WorldState& world);
@@ -80,6 +87,7 @@ class MechanicsSolver {
   bool by_island_ = false;                  ///< in the last run
   std::vector<std::uint32_t> number_;       ///< by canonical order: place
   std::vector<std::uint32_t> block_start_;  ///< places, and the end
+  std::vector<BlockSolver> block_solvers_;  ///< one for each thread
   std::vector<Piece> pieces_;               ///< the first `taken_` of the last run
   unsigned taken_ = 0;
   bool binned_ = false;  ///< since then

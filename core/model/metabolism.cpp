@@ -41,10 +41,13 @@ class SumsOverContacts {
       : runs_(contacts.runs.data()),
         items_(contacts.items.data()),
         room_(contacts.items.size()),
+        last_(contacts.runs.size() - 1),
         of_(of.data()) {}
 
   /// 0 + factor * of[first] + factor * of[second] ...
   [[nodiscard]] double operator()(std::uint32_t cell, double factor) const {
+    // In large worlds the items of cells that follow each other stand far apart.
+    __builtin_prefetch(items_ + runs_[std::min<std::size_t>(cell + 16, last_)].begin);
     const std::uint32_t begin = runs_[cell].begin, count = runs_[cell].end - begin;
     const std::uint32_t* items = items_ + begin;
     double sum = 0;
@@ -69,7 +72,7 @@ class SumsOverContacts {
   static constexpr std::int64_t which[12] = {-1, -1, -1, -1, -1, -1, 0, 0, 0, 0, 0, 0};
   const Contacts::Run* runs_;
   const std::uint32_t* items_;
-  std::size_t room_;
+  std::size_t room_, last_;
   const double* of_;
 };
 

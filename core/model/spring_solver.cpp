@@ -1,7 +1,9 @@
 #include "core/model/spring_solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -16,6 +18,37 @@ namespace {
 // passing over more of them.
 constexpr double skin = 0.15;
 constexpr double coincident = 1e-12;
+
+/// For each set of four pairs, the lanes of these first.
+alignas(32) constexpr auto pairs_first = [] {
+  std::array<std::array<std::uint32_t, 8>, 16> table{};
+  for (std::size_t set = 0; set < 16; ++set) {
+    std::size_t to = 0;
+    for (std::uint32_t pair = 0; pair < 4; ++pair) {
+      if ((set >> pair & 1) == 0) continue;
+      table[set][to++] = 2 * pair;
+      table[set][to++] = 2 * pair + 1;
+    }
+  }
+  return table;
+}();
+
+/// Puts those of four pairs that are set one behind another, by place, and returns how many. Writes
+/// four.
+inline std::size_t put_pairs(std::uint32_t set, const std::uint32_t* first,
+                             const std::uint32_t* second, std::uint32_t place, Touching::Pair* to) {
+  FourItems firsts, seconds;
+  EightItems lanes;
+  std::memcpy(&firsts, first, sizeof firsts);
+  std::memcpy(&seconds, second, sizeof seconds);
+  std::memcpy(&lanes, pairs_first[set].data(), sizeof lanes);
+  firsts += place;
+  seconds += place;
+  const EightItems pairs =
+      __builtin_shuffle(__builtin_shufflevector(firsts, seconds, 0, 4, 1, 5, 2, 6, 3, 7), lanes);
+  std::memcpy(to, &pairs, sizeof pairs);
+  return static_cast<std::size_t>(std::popcount(set));
+}
 
 /// How the first cells of four pairs lie and move to the second ones; (nx, ny) is the direction
 /// towards the first.
@@ -284,6 +317,7 @@ bool SpringSolver::compute_stresses(std::size_t begin, std::size_t end, Touching
   FourMask together{};
   Geometry g;
   std::size_t touching = list.count;
+  const std::uint32_t place = all_.first_place;
   const std::uint32_t* first = pairs_.first().data();
   const std::uint32_t* second = pairs_.second().data();
   const std::size_t count = pairs_.first().size();
@@ -302,11 +336,9 @@ bool SpringSolver::compute_stresses(std::size_t begin, std::size_t end, Touching
                              (lanes < static_cast<std::int64_t>(count - p));
     for (std::size_t k = 0; in_parts && k < 4; ++k)
       touching_[p + k] = static_cast<std::uint32_t>(-contact[k]);
-    for (std::size_t k = 0; !in_parts && k < 4; ++k) {
-      list.first[touching] = all_.first_place + first[p + k];
-      list.second[touching] = all_.first_place + second[p + k];
-      touching -= static_cast<std::size_t>(contact[k]);
-    }
+    if (!in_parts)
+      touching +=
+          put_pairs(bits_of(contact), first + p, second + p, place, list.pairs.data() + touching);
     together |= g.distance <= coincident;
   }
   if (!in_parts) list.count = touching;

@@ -30,14 +30,15 @@ struct SpringBodies {
 
 /// Pairs of bodies in contact, by place, in order.
 struct Touching {
+  struct Pair {
+    std::uint32_t first, second;
+  };
   std::size_t count = 0;
-  std::vector<std::uint32_t> first, second;
+  std::vector<Pair> pairs;
 
-  /// For so many more pairs, and three that are written behind the last one.
+  /// For so many more, and four that are written behind the last one.
   void make_room(std::size_t more) {
-    if (first.size() >= count + more + 4) return;
-    first.resize(2 * (count + more + 4));
-    second.resize(2 * (count + more + 4));
+    if (pairs.size() < count + more + 4) pairs.resize(2 * (count + more + 4));
   }
 };
 

@@ -45,11 +45,13 @@ class Team {
     return static_cast<unsigned>(std::clamp<std::uint64_t>(cells / least_, 1, threads_));
   }
   /// The same of work that may be cut as one likes: where there is enough, several for each thread,
-  /// so that a slower one takes fewer. At most most_pieces().
+  /// as many for all, so that a slower one takes fewer. At most most_pieces().
   [[nodiscard]] unsigned pieces(std::uint64_t cells) const {
-    return cells / least_ < most_pieces() ? parts(cells) : most_pieces();
+    const std::uint64_t worth = cells / least_;
+    if (worth < threads_) return parts(cells);
+    return static_cast<unsigned>(std::min<std::uint64_t>(worth - worth % threads_, most_pieces()));
   }
-  [[nodiscard]] unsigned most_pieces() const { return threads_ == 1 ? 1 : 4 * threads_; }
+  [[nodiscard]] unsigned most_pieces() const { return threads_ == 1 ? 1 : 8 * threads_; }
 
   /// Calls work(part) for each part below `parts`, at most most_pieces(), and ends when all have
   /// ended.

@@ -24,7 +24,7 @@ struct Cloud {
     x.push_back(at_x);
     y.push_back(at_y);
   }
-  [[nodiscard]] Sites sites() const { return {x.data(), y.data(), x.size(), 1, {}}; }
+  [[nodiscard]] Sites sites() const { return {x, y, {}}; }
 };
 
 /// Heaps of `radius`, so far from each other, their bodies in a random order.
@@ -162,14 +162,14 @@ TEST(Islands, AreNumberedAlikeByAnyNumberOfThreadsAndFromAnyStorage) {
   }
   // Backwards, in pairs (x, y).
   const auto count = static_cast<std::uint32_t>(cloud.x.size());
-  std::vector<double> stored(2 * cloud.x.size());
+  Cloud stored = cloud;
   std::vector<std::uint32_t> index(count), numbers;
   for (std::uint32_t k = 0; k < count; ++k) {
     index[k] = count - 1 - k;
-    stored[2 * index[k]] = cloud.x[k];
-    stored[2 * index[k] + 1] = cloud.y[k];
+    stored.x[index[k]] = cloud.x[k];
+    stored.y[index[k]] = cloud.y[k];
   }
-  ASSERT_TRUE(alone.number({&stored[0], &stored[1], count, 2, index}, 1.5, numbers));
+  ASSERT_TRUE(alone.number({stored.x, stored.y, index}, 1.5, numbers));
   EXPECT_EQ(numbers, expected);
 }
 

@@ -165,9 +165,11 @@ TEST(Team, CutsWorkByWhatIsWorthAThread) {
 
 TEST(Team, CutsMuchWorkIntoSeveralPiecesForEachThread) {
   const Team team(3, 100);
-  for (const std::uint64_t cells : {0u, 199u, 200u, 1199u})
+  for (const std::uint64_t cells : {0u, 199u, 200u, 300u, 599u})
     EXPECT_EQ(team.pieces(cells), team.parts(cells)) << cells;
-  EXPECT_EQ(team.pieces(1200), team.most_pieces());
+  EXPECT_EQ(team.pieces(600), 6u);
+  EXPECT_EQ(team.pieces(899), 6u) << "as many for each";
+  EXPECT_EQ(team.pieces(100 * team.most_pieces()), team.most_pieces());
   EXPECT_EQ(team.pieces(1'000'000), team.most_pieces());
   EXPECT_GT(team.most_pieces(), 3u);
   EXPECT_EQ(Team(1).pieces(1'000'000), 1u) << "one thread does all in one go";

@@ -69,14 +69,15 @@ TEST(Workers, GetAsManyItemsAsAreWorthAThread) {
   constexpr std::uint32_t shipped = cells_worth_a_thread;
   EXPECT_EQ(parts_of(2, shipped, 100, 50), (Parts{{0, 50}, {50, 100}}));
   EXPECT_EQ(parts_of(2, shipped, 99, 50), (Parts{{0, 99}}));
-  EXPECT_EQ(parts_of(2, shipped, 399, 50), (Parts{{0, 199}, {199, 399}}));
-  EXPECT_EQ(parts_of(2, shipped, 400, 50).size(), 8u) << "so that a slower one takes fewer";
-  EXPECT_EQ(parts_of(2, shipped, 100'000, 50).size(), 8u);
+  EXPECT_EQ(parts_of(2, shipped, 199, 50), (Parts{{0, 99}, {99, 199}}));
+  EXPECT_EQ(parts_of(2, shipped, 200, 50).size(), 4u) << "so that a slower one takes fewer";
+  EXPECT_EQ(parts_of(2, shipped, 299, 50).size(), 4u) << "as many for each";
+  EXPECT_EQ(parts_of(2, shipped, 100'000, 50).size(), Team(2).most_pieces());
   EXPECT_EQ(parts_of(4, shipped, 170, 50).size(), 3u);
-  EXPECT_EQ(parts_of(4, shipped, 10, 0).size(), 4u) << "none at all counts as one";
+  EXPECT_EQ(parts_of(4, shipped, 10, 0).size(), 8u) << "none at all counts as one";
   EXPECT_EQ(parts_of(0, shipped, 1000, 1), (Parts{{0, 1000}}));
-  EXPECT_EQ(parts_of(2, shipped, 4'000'000'000u, 1'000'000'000u),
-            (Parts{{0, 2'000'000'000u}, {2'000'000'000u, 4'000'000'000u}}));
+  EXPECT_EQ(parts_of(2, shipped, 3'000'000'000u, 1'000'000'000u),
+            (Parts{{0, 1'500'000'000u}, {1'500'000'000u, 3'000'000'000u}}));
 }
 
 TEST(Workers, AreAsManyAsTheWorldHasThreads) {
