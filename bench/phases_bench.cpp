@@ -16,6 +16,7 @@
 #include "core/model/metabolism.hpp"
 #include "core/model/morphogens.hpp"
 #include "core/model/neighbours.hpp"
+#include "core/model/team.hpp"
 #include "core/model/world_view.hpp"
 
 namespace somas::bench {
@@ -269,38 +270,54 @@ void first_hits(benchmark::State& state) {
 }
 BENCHMARK(first_hits)->Apply(of_a_body);
 
-// The whole phase of a step, through the plugin, round colonies that live: particles are launched,
-// fly, meet cells.
-void particles(benchmark::State& state) {
-  measure(state, [&] {
-    constexpr int steps_of_a_stretch = 32;
-    Colonies& world = colonies_of(cells_of(state));
-    model::WorldState& here = world.simulation().mutable_state();
-    model::FloatMatrix no_inputs;
-    // Where they stand, without a step of time.
-    model::MechanicsSolver mechanics;
-    mechanics.run({.substeps = 1, .time_step = 0}, here, {});
-    model::WorldView view(*world.experiment().ecosystem, here, no_inputs, mechanics);
-    int steps = 0;
-    double rows = 0;
-    for (auto _ : state) {
-      if (steps++ == steps_of_a_stretch) {
-        state.PauseTiming();
-        world.rewind();
-        steps = 1;
-        state.ResumeTiming();
-      }
-      view.act(Phase::stress);
-      rows += here.tables.front().rows();
-      ++here.step;
+/// The whole phase of a step, through the plugin, round colonies that live: particles are launched,
+/// fly, meet cells. Steps are shared with `team`, unless it is null.
+void fly(benchmark::State& state, model::Team* team) {
+  constexpr int steps_of_a_stretch = 32;
+  Colonies& world = colonies_of(cells_of(state));
+  model::WorldState& here = world.simulation().mutable_state();
+  model::FloatMatrix no_inputs;
+  // Where they stand, without a step of time.
+  model::MechanicsSolver mechanics;
+  mechanics.run({.substeps = 1, .time_step = 0}, here, {});
+  model::WorldView view(*world.experiment().ecosystem, here, no_inputs, mechanics);
+  view.use(team);
+  int steps = 0;
+  double rows = 0;
+  for (auto _ : state) {
+    if (steps++ == steps_of_a_stretch) {
+      state.PauseTiming();
+      world.rewind();
+      steps = 1;
+      state.ResumeTiming();
     }
-    const double per_step = rows / static_cast<double>(state.iterations());
-    state.counters["time/particle"] = time_per(state, per_step);
-    state.counters["time/cell"] = time_per(state, here.cells.size());
-    state.counters["particles/cell"] = per_step / here.cells.size();
-  });
+    view.act(Phase::stress);
+    rows += here.tables.front().rows();
+    ++here.step;
+  }
+  const double per_step = rows / static_cast<double>(state.iterations());
+  state.counters["time/particle"] = time_per(state, per_step);
+  state.counters["time/cell"] = time_per(state, here.cells.size());
+  state.counters["particles/cell"] = per_step / here.cells.size();
+}
+
+void particles(benchmark::State& state) {
+  measure(state, [&] { fly(state, nullptr); });
 }
 BENCHMARK(particles)->Apply(of_a_body);
+
+// The same with threads that share the world; by the clock.
+void particles_shared(benchmark::State& state) {
+  measure(state, [&] {
+    model::Team team(static_cast<unsigned>(state.range(1)));
+    fly(state, &team);
+  });
+}
+BENCHMARK(particles_shared)
+    ->ArgNames({"cells", "threads"})
+    ->ArgsProduct({{1'000, 5'000, 50'000}, {1, 2}})
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 }  // namespace somas::bench

@@ -47,6 +47,18 @@ inline void to_items(const Four& values, const Four& last, FourPlaces& items) {
   items = __builtin_convertvector(within, FourPlaces);
 }
 
+/// The lanes that are in a set of four, from the first on; what follows them is not used.
+constexpr auto lanes_in = [] {
+  std::array<FourPlaces, 16> lists{};
+  for (std::int32_t set = 0; set < 16; ++set) {
+    std::int32_t list[4]{}, length = 0;
+    for (std::int32_t lane = 0; lane < 4; ++lane)
+      if ((set >> lane & 1) != 0) list[length++] = lane;
+    lists[static_cast<std::size_t>(set)] = FourPlaces{list[0], list[1], list[2], list[3]};
+  }
+  return lists;
+}();
+
 }  // namespace
 
 double meeting(const Segment& s, double x, double y, double radius) {
@@ -155,34 +167,51 @@ std::size_t HitFinder::list_near(std::span<const Segment> segments, std::uint32_
     for (; listed < segments.size(); ++listed) near[listed] = static_cast<std::uint32_t>(listed);
     return listed;
   }
-  const Four last_column = Four{} + (columns_ - 1.0), last_row = Four{} + (rows_ - 1.0);
-  const Four left = Four{} + bins_->left(), bottom = Four{} + bins_->bottom();
+  const Four last{columns_ - 1.0, rows_ - 1.0, columns_ - 1.0, rows_ - 1.0};
+  const Four corner{bins_->left(), bins_->bottom(), bins_->left(), bins_->bottom()};
   const double per_square = per_square_, most_square = short_ * short_;
   const std::uint64_t* marks = marks_.data();
-  const auto stride = static_cast<std::int32_t>(stride_);
-  for (std::size_t i = 0; i < segments.size(); i += 4) {
-    // The last ones are joined by the very last again.
-    const auto path = [&](std::size_t lane) -> const Segment& {
-      return segments[std::min(i + lane, segments.size() - 1)];
+  const std::uint32_t stride = stride_;
+  // Of two paths at a time: their square lengths, one after another twice, and the squares that
+  // their middles lie in.
+  const auto place = [&](const Segment* two, Four& squares, FourPlaces& middles) {
+    Four one, other;
+    std::memcpy(&one, two, sizeof one);
+    std::memcpy(&other, two + 1, sizeof other);
+    const Four start = __builtin_shufflevector(one, other, 0, 1, 4, 5);
+    const Four end = __builtin_shufflevector(one, other, 2, 3, 6, 7);
+    const Four way = end - start;
+    squares = way * way;
+    to_items((0.5 * start + 0.5 * end - corner) * per_square + fineness, last, middles);
+  };
+  const auto list = [&](const Segment* four, std::uint32_t first, std::uint32_t within) {
+    Four low, high;
+    FourPlaces low_middles, high_middles;
+    place(four, low, low_middles);
+    place(four + 2, high, high_middles);
+    const Four x = __builtin_shufflevector(low, high, 0, 2, 4, 6);
+    const Four y = __builtin_shufflevector(low, high, 1, 3, 5, 7);
+    std::uint32_t some = ~lanes_of(x + y <= most_square);
+    const auto mark = [&](std::int32_t column, std::int32_t row) -> std::uint32_t {
+      const auto c = static_cast<std::uint32_t>(column), r = static_cast<std::uint32_t>(row);
+      return marks[r * stride + c / 64] >> (c % 64) & 1;
     };
-    Four s[4];
-    read_columns(path(0), path(1), path(2), path(3), s);
-    const Four dx = s[2] - s[0], dy = s[3] - s[1];
-    const std::uint32_t is_short = lanes_of(dx * dx + dy * dy <= most_square);
-    const Four x = (0.5 * s[0] + 0.5 * s[2] - left) * per_square + fineness;
-    const Four y = (0.5 * s[1] + 0.5 * s[3] - bottom) * per_square + fineness;
-    FourPlaces column, row;
-    to_items(x, last_column, column);
-    to_items(y, last_row, row);
-    const FourPlaces word = row * stride + (column >> 6);
-    for (std::uint32_t lane = 0; lane < 4; ++lane) {
-      const std::uint64_t mark =
-          marks[static_cast<std::uint32_t>(word[lane])] >> (column[lane] & 63);
-      near[listed] = static_cast<std::uint32_t>(i) + lane;
-      listed += (mark | ~is_short >> lane) & 1;
-    }
+    some |= mark(low_middles[0], low_middles[1]) | mark(low_middles[2], low_middles[3]) << 1;
+    some |= mark(high_middles[0], high_middles[1]) << 2;
+    some |= mark(high_middles[2], high_middles[3]) << 3;
+    some &= within;
+    const FourPlaces which = lanes_in[some] + static_cast<std::int32_t>(first);
+    std::memcpy(near + listed, &which, sizeof which);
+    listed += static_cast<std::size_t>(std::popcount(some));
+  };
+  std::uint32_t i = 0;
+  for (; i + 4 <= segments.size(); i += 4) list(&segments[i], i, 0b1111);
+  // The last ones are joined by others that do not count.
+  if (const std::size_t left = segments.size() - i; left > 0) {
+    std::array<Segment, 4> four{};
+    std::copy_n(segments.begin() + i, left, four.begin());
+    list(four.data(), i, (1u << left) - 1);
   }
-  while (listed > 0 && near[listed - 1] >= segments.size()) --listed;
   return listed;
 }
 

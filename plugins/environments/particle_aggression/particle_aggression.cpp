@@ -25,10 +25,12 @@ struct ParticleAggression::Particles {
 namespace {
 
 constexpr double most_particles = 1e7;
-/// Of a block. Many, since the host may share the search for hits among threads.
-constexpr std::size_t most_paths = 4096;
-/// Enough for threads that are not equally fast.
+constexpr std::size_t block_size = 4096;
+/// Of a round: few enough that their particles are still in a cache when the hits are known, enough
+/// to be worth handing over.
 constexpr std::size_t blocks_per_thread = 8;
+/// Cells that are worth a thread that looks for their bounds.
+constexpr std::uint32_t many_cells = 20000;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
@@ -47,6 +49,16 @@ inline std::uint32_t bits_of(const FourMask& mask) {
 #endif
 }
 
+inline bool all_miss(const std::int32_t* eight_hits) {
+  const auto pair = [&](std::size_t i) {
+    std::uint64_t both;
+    std::memcpy(&both, eight_hits + 2 * i, sizeof both);
+    return both;
+  };
+  constexpr std::uint64_t negative = 0x8000000080000000;
+  return (pair(0) & pair(1) & pair(2) & pair(3) & negative) == negative;
+}
+
 /// Four rows from four columns.
 inline void transpose(const Four (&column)[4], Four (&row)[4]) {
   const Four even01 = __builtin_shufflevector(column[0], column[1], 0, 4, 2, 6);
@@ -57,6 +69,11 @@ inline void transpose(const Four (&column)[4], Four (&row)[4]) {
   row[1] = __builtin_shufflevector(odd01, odd23, 0, 1, 4, 5);
   row[2] = __builtin_shufflevector(even01, even23, 2, 3, 6, 7);
   row[3] = __builtin_shufflevector(odd01, odd23, 2, 3, 6, 7);
+}
+
+/// Where the part-th of `parts` parts of so many items begins.
+inline std::size_t bound(std::size_t count, std::size_t part, std::size_t parts) {
+  return count * part / parts;
 }
 
 }  // namespace
@@ -88,12 +105,6 @@ void ParticleAggression::check_number(std::uint64_t max_steps) const {
     throw ParameterError("rate_scale",
                          "more than ten million particles at a time could be in flight at the "
                          "last step; lower the rate, raise 'speed' or shorten the run");
-}
-
-void ParticleAggression::act(Phase, World& world) const {
-  if (world.step() < static_cast<std::uint64_t>(parameters_.start)) return;
-  emit(world);
-  fly(world);
 }
 
 void ParticleAggression::emit(World& world) const {
@@ -140,88 +151,155 @@ void ParticleAggression::launch(const Particles& p, std::size_t i, Rng rng) cons
   p.vy[i] = speed * (dy / distance);
 }
 
-/// A rectangle that holds all cells; empty, and so far from everything, when there are none.
-struct ParticleAggression::Box {
-  explicit Box(const Cells& cells) {
-    Four low_x = Four{} + left, high_x = Four{} + right;
-    Four low_y = Four{} + bottom, high_y = Four{} + top;
-    const auto hold = [&](const Four& x, const Four& y, const Four& radius) {
-      const Four x0 = x - radius, x1 = x + radius, y0 = y - radius, y1 = y + radius;
-      low_x = x0 < low_x ? x0 : low_x;
-      high_x = x1 > high_x ? x1 : high_x;
-      low_y = y0 < low_y ? y0 : low_y;
-      high_y = y1 > high_y ? y1 : high_y;
-    };
-    std::uint32_t i = 0;
-    for (; i + 4 <= cells.count; i += 4) {
-      Four x, y, radius;
-      std::memcpy(&x, &cells.x[i], sizeof x);
-      std::memcpy(&y, &cells.y[i], sizeof y);
-      std::memcpy(&radius, &cells.radius[i], sizeof radius);
-      hold(x, y, radius);
-    }
-    for (; i < cells.count; ++i)
-      hold(Four{} + cells.x[i], Four{} + cells.y[i], Four{} + cells.radius[i]);
-    for (int lane = 0; lane < 4; ++lane) {
-      left = std::min(left, low_x[lane]);
-      right = std::max(right, high_x[lane]);
-      bottom = std::min(bottom, low_y[lane]);
-      top = std::max(top, high_y[lane]);
-    }
-  }
+/// A rectangle that holds cells; empty, and so far from everything, when there are none.
+struct alignas(64) ParticleAggression::Box {
   double left = nowhere, right = -nowhere, bottom = nowhere, top = -nowhere;
+
+  void hold(const Box& other) {
+    left = std::min(left, other.left);
+    right = std::max(right, other.right);
+    bottom = std::min(bottom, other.bottom);
+    top = std::max(top, other.top);
+  }
+  void hold(const Cells& cells, std::size_t begin, std::size_t end);
 };
+
+void ParticleAggression::Box::hold(const Cells& cells, std::size_t begin, std::size_t end) {
+  Four low_x = Four{} + left, high_x = Four{} + right;
+  Four low_y = Four{} + bottom, high_y = Four{} + top;
+  const auto widen = [&](const Four& x, const Four& y, const Four& radius) {
+    const Four x0 = x - radius, x1 = x + radius, y0 = y - radius, y1 = y + radius;
+    low_x = x0 < low_x ? x0 : low_x;
+    high_x = x1 > high_x ? x1 : high_x;
+    low_y = y0 < low_y ? y0 : low_y;
+    high_y = y1 > high_y ? y1 : high_y;
+  };
+  std::size_t i = begin;
+  for (; i + 4 <= end; i += 4) {
+    Four x, y, radius;
+    std::memcpy(&x, &cells.x[i], sizeof x);
+    std::memcpy(&y, &cells.y[i], sizeof y);
+    std::memcpy(&radius, &cells.radius[i], sizeof radius);
+    widen(x, y, radius);
+  }
+  for (; i < end; ++i) widen(Four{} + cells.x[i], Four{} + cells.y[i], Four{} + cells.radius[i]);
+  for (int lane = 0; lane < 4; ++lane) hold({low_x[lane], high_x[lane], low_y[lane], high_y[lane]});
+}
 
 /// Particles that fly side by side.
-struct ParticleAggression::Block {
+struct alignas(64) ParticleAggression::Block {
   std::size_t begin = 0, count = 0;
+  /// Where those that may meet a cell on the way stand in the lists of the round.
+  std::size_t near_begin = 0, near_count = 0;
   /// A bit for each: past the far side, or spent.
-  std::array<std::uint64_t, most_paths / 64> leaves;
-  // Of those that may meet a cell on the way, with room for four more: which particle, its path,
-  // who is hit.
-  std::array<std::uint32_t, most_paths + 4> near;
-  std::array<Segment, most_paths + 4> paths;
-  std::array<std::int32_t, most_paths> hits;
-  std::size_t near_count = 0;
+  std::array<std::uint64_t, block_size / 64> leaves;
+  [[nodiscard]] std::span<const std::uint64_t> leaving() const {
+    return std::span(leaves).first((count + 63) / 64);
+  }
 };
 
-void ParticleAggression::fly(World& world) const {
+/// Scratch memory, too large for a stack.
+struct ParticleAggression::Round {
+  std::vector<Box> boxes;  ///< by part
+  std::vector<Block> blocks, last_blocks;
+  // Of the particles that may meet a cell on the way: which of its block, its path, who is hit.
+  // Those of blocks that one thread moves follow each other.
+  std::vector<std::uint32_t> near;
+  std::vector<Segment> paths;
+  std::vector<std::int32_t> hits;
+
+  /// The blocks that come next, at most so many, from the particle `begin` on; returns their end.
+  std::size_t line_up(std::size_t begin, std::size_t rows, std::size_t most_blocks) {
+    std::swap(blocks, last_blocks);
+    blocks.resize(std::min(most_blocks, (rows - begin + block_size - 1) / block_size));
+    for (Block& block : blocks) {
+      block.begin = begin;
+      block.count = std::min(block_size, rows - begin);
+      begin += block.count;
+    }
+    const std::size_t room = std::max(near.size(), blocks.size() * block_size);
+    near.resize(room);
+    paths.resize(room);
+    hits.resize(room);
+    return begin;
+  }
+};
+
+void ParticleAggression::act(Phase, World& world) const {
+  if (world.step() < static_cast<std::uint64_t>(parameters_.start)) return;
+  emit(world);
+  // Handed on: to the threads that help, the name would mean one of their own.
+  static thread_local Round round;
+  fly(world, round);
+}
+
+ParticleAggression::Box ParticleAggression::bounds_of(World& world, Round& round) {
+  const Cells& cells = world.cells();
+  const std::uint32_t parts = std::clamp(cells.count / many_cells, 1u, threads_of(world));
+  round.boxes.resize(parts);
+  share_work(world, parts, 1, [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t part = first; part < end; ++part) {
+      round.boxes[part] = {};
+      round.boxes[part].hold(cells, bound(cells.count, part, parts),
+                             bound(cells.count, part + 1, parts));
+    }
+  });
+  Box all;
+  for (const Box& some : round.boxes) all.hold(some);
+  return all;
+}
+
+/// Round by round, so that particles are still in a cache when their hits are known. While the next
+/// ones advance, the last ones close their ranks.
+void ParticleAggression::fly(World& world, Round& round) const {
   Table& table = world.table(particles_);
   const Particles p(table);
-  const Box inhabited(world.cells());
-  const std::size_t rows = table.rows(), threads = threads_of(world);
-  // As many blocks at a time as keep the threads busy, so that their particles are still in a cache
-  // when the hits are known.
-  const std::size_t most_blocks = threads == 1 ? 1 : blocks_per_thread * threads;
-  static thread_local std::vector<Block> blocks;  // too large for a stack
-  std::size_t kept = 0;
-  for (std::size_t begin = 0; begin < rows;) {
-    std::size_t count = 0;
-    for (; count < most_blocks && begin < rows; begin += blocks[count++].count) {
-      if (blocks.size() == count) blocks.emplace_back();
-      blocks[count].begin = begin;
-      blocks[count].count = std::min(most_paths, rows - begin);
-    }
-    const std::span<Block> round = std::span(blocks).first(count);
-    share_work(world, static_cast<std::uint32_t>(count), 1,
-               [&](std::uint32_t first, std::uint32_t end) {
-                 for (std::uint32_t b = first; b < end; ++b) advance(p, inhabited, round[b]);
-               });
-    for (Block& block : round) strike(world, p, block);
-    kept = close_ranks(world, p, round, kept);
-  }
+  const Box inhabited = bounds_of(world, round);
+  const std::size_t rows = table.rows();
+  const std::uint32_t threads = threads_of(world);
+  std::size_t kept = 0, begin = 0;
+  round.blocks.clear();
+  do {
+    begin = round.line_up(begin, rows, threads == 1 ? 1 : blocks_per_thread * threads);
+    const std::span<const Block> last(round.last_blocks);
+    const std::size_t most = std::max(round.blocks.size(), last.size());
+    const auto parts = static_cast<std::uint32_t>(std::clamp<std::size_t>(most, 1, threads));
+    share_work(world, parts, 1, [&](std::uint32_t first, std::uint32_t end) {
+      for (std::uint32_t part = first; part < end; ++part) {
+        close_ranks(p, last, kept, part, parts);
+        advance(p, inhabited, round, part, parts);
+      }
+    });
+    kept += staying(last);
+    find_hits(world, round);
+    for (Block& block : round.blocks) strike(world, p, round, block);
+  } while (!round.blocks.empty());
   table.resize(static_cast<std::uint32_t>(kept));
+}
+
+/// Moves a part of the blocks.
+void ParticleAggression::advance(const Particles& p, const Box& inhabited, Round& round,
+                                 std::uint32_t part, std::uint32_t parts) const {
+  const std::size_t count = round.blocks.size(), first = bound(count, part, parts);
+  std::size_t near_begin = first * block_size;
+  for (std::size_t b = first; b < bound(count, part + 1, parts); ++b) {
+    Block& block = round.blocks[b];
+    block.near_begin = near_begin;
+    advance(p, inhabited, block, &round.near[near_begin], &round.paths[near_begin]);
+    near_begin += block.near_count;
+  }
 }
 
 /// The particles of the block move; who is past the far side leaves; the paths of those that come
 /// near the cells are listed: most are too far off to meet any.
-void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block& block) const {
+void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block& block,
+                                 std::uint32_t* nears, Segment* near_paths) const {
   const Four limit = Four{} + spawn_radius_ * spawn_radius_;
   const Four left = Four{} + inhabited.left, right = Four{} + inhabited.right;
   const Four bottom = Four{} + inhabited.bottom, top = Four{} + inhabited.top;
   double *xs = &p.x[block.begin], *ys = &p.y[block.begin];
   const double *vxs = &p.vx[block.begin], *vys = &p.vy[block.begin];
-  const std::size_t count = block.count;
+  std::uint64_t leaves = 0;
   std::size_t near_count = 0;
   // From place k on, as many as are asked for of four lanes; those in others stand still.
   const auto move = [&](std::size_t k, auto some) __attribute__((always_inline)) {
@@ -235,60 +313,88 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block
     std::memcpy(xs + k, &x, bytes);
     std::memcpy(ys + k, &y, bytes);
     const FourMask beyond = x * x + y * y > limit, outwards = x * vx + y * vy > 0;
-    block.leaves[k / 64] |= std::uint64_t{bits_of(beyond & outwards)} << (k % 64);
-    const Four low_x = x < x0 ? x : x0, high_x = x < x0 ? x0 : x;
-    const Four low_y = y < y0 ? y : y0, high_y = y < y0 ? y0 : y;
-    const FourMask across = (high_x >= left) & (low_x <= right);
-    const FourMask up = (high_y >= bottom) & (low_y <= top);
+    leaves |= std::uint64_t{bits_of(beyond & outwards)} << (k % 64);
+    const FourMask across = ((x0 >= left) | (x >= left)) & ((x0 <= right) | (x <= right));
+    const FourMask up = ((y0 >= bottom) | (y >= bottom)) & ((y0 <= top) | (y <= top));
     const std::uint32_t near = bits_of(across & up);
     if (near == 0) return;
-    // All are written down; the next one takes the place of who is far off.
-    Four paths[4];
-    transpose({x0, y0, x, y}, paths);
+    Four rows[4];
+    transpose({x0, y0, x, y}, rows);
     static_assert(sizeof(Segment) == sizeof(Four));
-    const auto list = [&](std::size_t lane) __attribute__((always_inline)) {
-      block.near[near_count] = static_cast<std::uint32_t>(k + lane);
-      std::memcpy(&block.paths[near_count], &paths[lane], sizeof(Segment));
+    const auto list = [&](std::size_t lane, std::size_t place) __attribute__((always_inline)) {
+      nears[place] = static_cast<std::uint32_t>(k + lane);
+      std::memcpy(&near_paths[place], &rows[lane], sizeof(Segment));
+    };
+    if (some == 4 && near == 0b1111) {
+      const std::size_t place = near_count;
+      list(0, place), list(1, place + 1), list(2, place + 2), list(3, place + 3);
+      near_count += 4;
+      return;
+    }
+    // All are written down; the next one takes the place of who is far off.
+    const auto pick = [&](std::size_t lane) __attribute__((always_inline)) {
+      list(lane, near_count);
       near_count += (near >> lane) & 1;
     };
-    list(0);
-    if constexpr (some == 4) list(1), list(2), list(3);
+    pick(0);
+    if constexpr (some == 4) pick(1), pick(2), pick(3);
   };
-  block.leaves.fill(0);
-  std::size_t k = 0;
-  for (; k + 4 <= count; k += 4) move(k, std::integral_constant<std::size_t, 4>());
-  for (; k < count; ++k) move(k, std::integral_constant<std::size_t, 1>());
+  const std::size_t count = block.count;
+  for (std::size_t k = 0; k < count; leaves = 0) {
+    const std::size_t word = k / 64, end = std::min(k + 64, count);
+    for (; k + 4 <= end; k += 4) move(k, std::integral_constant<std::size_t, 4>());
+    for (; k < end; ++k) move(k, std::integral_constant<std::size_t, 1>());
+    block.leaves[word] = leaves;
+  }
   block.near_count = near_count;
 }
 
-/// Those that meet a cell are spent on it.
-void ParticleAggression::strike(World& world, const Particles& p, Block& block) const {
-  if (block.near_count == 0) return;
-  world.first_hit(std::span(block.paths).first(block.near_count),
-                  std::span(block.hits).first(block.near_count));
-  for (std::size_t n = 0; n < block.near_count; ++n) {
-    if (block.hits[n] < 0) continue;
-    const std::uint32_t k = block.near[n];
-    block.leaves[k / 64] |= std::uint64_t{1} << (k % 64);
-    world.strike(static_cast<std::uint32_t>(block.hits[n]), hazard_, p.energy[block.begin + k]);
+/// Asks for as many hits at a time as follow each other.
+void ParticleAggression::find_hits(World& world, Round& round) {
+  for (std::size_t b = 0; b < round.blocks.size();) {
+    const std::size_t begin = round.blocks[b].near_begin;
+    std::size_t count = 0;
+    for (; b < round.blocks.size() && round.blocks[b].near_begin == begin + count; ++b)
+      count += round.blocks[b].near_count;
+    if (count == 0) continue;
+    world.first_hit(std::span(round.paths).subspan(begin, count),
+                    std::span(round.hits).subspan(begin, count));
   }
 }
 
-/// Who does not leave closes the ranks behind the `kept` ones, in order. Returns how many are.
-std::size_t ParticleAggression::close_ranks(World& world, const Particles& p,
-                                            std::span<const Block> blocks, std::size_t kept) {
+/// Those that meet a cell are spent on it.
+void ParticleAggression::strike(World& world, const Particles& p, const Round& round,
+                                Block& block) const {
+  const std::size_t end = block.near_begin + block.near_count;
+  for (std::size_t n = block.near_begin; n < end; ++n) {
+    // Few meet one.
+    while (n + 8 <= end && all_miss(&round.hits[n])) n += 8;
+    if (n == end) return;
+    if (round.hits[n] < 0) continue;
+    const std::uint32_t k = round.near[n];
+    block.leaves[k / 64] |= std::uint64_t{1} << (k % 64);
+    world.strike(static_cast<std::uint32_t>(round.hits[n]), hazard_, p.energy[block.begin + k]);
+  }
+}
+
+/// How many do not leave.
+std::size_t ParticleAggression::staying(std::span<const Block> blocks) {
+  std::size_t count = 0;
+  for (const Block& block : blocks) {
+    count += block.count;
+    for (const std::uint64_t leaves : block.leaving())
+      count -= static_cast<std::size_t>(std::popcount(leaves));
+  }
+  return count;
+}
+
+/// Who does not leave closes the ranks behind the `kept` ones, in order: a part of the columns.
+void ParticleAggression::close_ranks(const Particles& p, std::span<const Block> blocks,
+                                     std::size_t kept, std::uint32_t part, std::uint32_t parts) {
+  if (blocks.empty()) return;
   // The energy is everybody's: that column may stay.
   const std::array<std::span<double>, 4> columns{p.x, p.y, p.vx, p.vy};
-  const std::uint32_t least = blocks.size() == 1 ? 4 : 1;
-  share_work(world, 4, least, [&](std::uint32_t first, std::uint32_t end) {
-    for (std::uint32_t c = first; c < end; ++c) close_ranks(columns[c], blocks, kept);
-  });
-  for (const Block& block : blocks) {
-    kept += block.count;
-    for (const std::uint64_t leaves : block.leaves)
-      kept -= static_cast<std::size_t>(std::popcount(leaves));
-  }
-  return kept;
+  for (std::size_t c = part; c < columns.size(); c += parts) close_ranks(columns[c], blocks, kept);
 }
 
 void ParticleAggression::close_ranks(std::span<double> column, std::span<const Block> blocks,
@@ -299,7 +405,7 @@ void ParticleAggression::close_ranks(std::span<double> column, std::span<const B
   };
   std::size_t from = blocks.front().begin;
   for (const Block& block : blocks) {
-    for (std::size_t word = 0; 64 * word < block.count; ++word)
+    for (std::size_t word = 0; word < block.leaving().size(); ++word)
       for (std::uint64_t set = block.leaves[word]; set != 0; set &= set - 1) {
         const std::size_t leaving =
             block.begin + 64 * word + static_cast<std::size_t>(std::countr_zero(set));

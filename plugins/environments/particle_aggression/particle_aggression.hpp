@@ -73,14 +73,21 @@ class ParticleAggression final : public Environment {
   struct Particles;
   struct Box;
   struct Block;
+  struct Round;
   void check_number(std::uint64_t max_steps) const;
   void emit(World& world) const;
   void launch(const Particles& p, std::size_t i, Rng rng) const;
-  void fly(World& world) const;
-  void advance(const Particles& p, const Box& inhabited, Block& block) const;
-  void strike(World& world, const Particles& p, Block& block) const;
-  static std::size_t close_ranks(World& world, const Particles& p, std::span<const Block> blocks,
-                                 std::size_t kept);
+  void fly(World& world, Round& round) const;
+  static Box bounds_of(World& world, Round& round);
+  void advance(const Particles& p, const Box& inhabited, Round& round, std::uint32_t part,
+               std::uint32_t parts) const;
+  void advance(const Particles& p, const Box& inhabited, Block& block, std::uint32_t* nears,
+               Segment* near_paths) const;
+  static void find_hits(World& world, Round& round);
+  void strike(World& world, const Particles& p, const Round& round, Block& block) const;
+  static std::size_t staying(std::span<const Block> blocks);
+  static void close_ranks(const Particles& p, std::span<const Block> blocks, std::size_t kept,
+                          std::uint32_t part, std::uint32_t parts);
   static void close_ranks(std::span<double> column, std::span<const Block> blocks,
                           std::size_t kept);
 

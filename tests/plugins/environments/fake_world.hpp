@@ -16,6 +16,7 @@
 
 #include "somas/sdk/environment.hpp"
 #include "somas/sdk/parameters.hpp"
+#include "somas/sdk/workers.hpp"
 
 namespace somas::environments {
 
@@ -168,6 +169,10 @@ class FakeWorld final : public World {
   }
   void set_step(std::uint64_t step) { step_ = step; }
 
+  void* extension(std::string_view id) const override {
+    return id == Workers::extension_id ? workers : nullptr;
+  }
+
   std::uint64_t step() const override { return step_; }
   const WorldInfo& info() const override { return info_; }
   const Cells& cells() const override { return cells_; }
@@ -193,6 +198,7 @@ class FakeWorld final : public World {
   double parameter(Id parameter) const override { return parameters.at(parameter); }
   void set_parameter(Id parameter, double value) override { parameters.at(parameter) = value; }
 
+  Workers* workers = nullptr;      ///< who shares the work; null: nobody
   std::vector<double> parameters;  ///< what each variable parameter is now
   std::vector<Strike> strikes;
   int first_hit_calls = 0;

@@ -376,6 +376,82 @@ TEST(ParticleAggression, OneInstanceServesSeveralThreads) {
   EXPECT_EQ(alone, together);
 }
 
+/// A thread for each part, the last part's first.
+class Helpers final : public Workers {
+ public:
+  explicit Helpers(std::uint32_t threads) : threads_(threads) {}
+  void share(std::uint32_t count, std::uint32_t least, Call call, void* context) override {
+    if (count == 0) return;
+    const std::uint32_t parts = std::clamp(count / std::max(least, 1u), 1u, threads_);
+    std::vector<std::thread> others;
+    for (std::uint32_t part = parts; part-- > 0;)
+      others.emplace_back([=] { call(context, count * part / parts, count * (part + 1) / parts); });
+    for (std::thread& other : others) other.join();
+  }
+  std::uint32_t threads() const override { return threads_; }
+
+ private:
+  std::uint32_t threads_;
+};
+
+struct Flight {
+  std::vector<Strike> strikes;
+  std::vector<Particle> left;
+  int first_hit_calls;
+};
+
+/// So many steps that so many threads share (0: the host knows of none).
+Flight shared(const Parameters& parameters, const std::vector<FakeCell>& cells, std::uint64_t steps,
+              std::uint32_t threads) {
+  Helpers helpers(threads);
+  Stage<ParticleAggression> stage(parameters, 4, cells);
+  if (threads > 0) stage.world.workers = &helpers;
+  run(stage, 0, steps);
+  return {stage.world.strikes, particles(stage.world), stage.world.first_hit_calls};
+}
+
+TEST(ParticleAggression, StrikesInTheSameOrderHoweverManyThreadsShareTheFlight) {
+  // Some 150,000 in flight: more than a round of as many threads.
+  Parameters crowd = steady(30000);
+  crowd.speed = 25;
+  const std::vector<FakeCell> cells{{.x = 5, .radius = 2, .id = 7},
+                                    {.x = -20, .y = 9, .radius = 3, .id = 2},
+                                    {.x = 3, .y = -30, .radius = 2, .id = 9}};
+  const Flight alone = shared(crowd, cells, 6, 0);
+  EXPECT_GT(alone.strikes.size(), 10000u);
+  EXPECT_GT(alone.left.size(), 100000u);
+  for (const std::uint32_t threads : {1u, 2u, 3u, 7u}) {
+    const Flight together = shared(crowd, cells, 6, threads);
+    EXPECT_TRUE(together.strikes == alone.strikes) << threads;
+    EXPECT_TRUE(together.left == alone.left) << threads;
+  }
+  // Each search is shared in turn, which is worth it for many at a time.
+  EXPECT_LT(shared(crowd, cells, 6, 2).first_hit_calls, alone.first_hit_calls / 4);
+}
+
+TEST(ParticleAggression, MeetsCellsFarOutHoweverManyThreadsLookForThem) {
+  // Far out on each side is one among many, each in the middle of another part of them.
+  std::vector<FakeCell> cells(100'000, {.radius = 1e-3});
+  const std::array<FakeCell, 4> outer{{{.x = 40, .radius = 15},
+                                       {.x = -40, .radius = 15},
+                                       {.y = 40, .radius = 15},
+                                       {.y = -40, .radius = 15}}};
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].id = i;
+  for (std::size_t side = 0; side < outer.size(); ++side) {
+    const std::size_t at = cells.size() * (2 * side + 1) / 8;
+    cells[at] = outer[side];
+    cells[at].id = at;
+  }
+  Parameters fast = steady(5);
+  fast.speed = 10;
+  const Flight alone = shared(fast, cells, 12, 0);
+  std::set<std::uint64_t> struck;
+  for (const Strike& strike : alone.strikes) struck.insert(strike.cell_id);
+  EXPECT_THAT(struck, testing::IsSupersetOf({12'500u, 37'500u, 62'500u, 87'500u}));
+  for (const std::uint32_t threads : {2u, 4u, 7u})
+    EXPECT_EQ(shared(fast, cells, 12, threads).strikes, alone.strikes) << threads;
+}
+
 TEST(ParticleAggression, RefusesMoreParticlesThanMemoryHolds) {
   EXPECT_THAT(refusal([] { Stage<ParticleAggression> stage({.rate_scale = 1e4}); }),
               Pair("rate_scale",
