@@ -108,12 +108,13 @@ Work bins() {
 /// collect, a candidate: two differences, their squares and sum, reach and its square, a
 /// comparison. What it reads has just been read for the cell before.
 Work candidate() { return {.flops32 = 8}; }
-/// A pair that is found: out; in for counting, two counters; sorted by the second and by the first,
-/// each time in and out with a counter. Then its radii and springs are listed (1 operation).
+/// A pair that is found: out; its first in for counting, a counter; placed by the first, the second
+/// out and a counter; the second in to be sorted, both out. Then its radii and springs are listed
+/// (1 operation).
 Work found_pair() {
   return {.flops64 = 1,
-          .bytes = 2 * pair_of_indices + 16 + 4 * pair_of_indices + 16 + pair_of_indices +
-                   pair_constants};
+          .bytes = pair_of_indices + 4 + 8 + pair_of_indices + 4 + 8 + 4 + pair_of_indices +
+                   pair_of_indices + pair_constants};
 }
 
 /// compute_forces, a pair: differences of places and speeds (4), square of the distance (3), root,
@@ -140,15 +141,18 @@ Work pair_stress() {
       .roots64 = 1,
       .bytes = pair_of_indices + pair_constants + 32 + 4 + 32 + pair_of_indices + pair_constants};
 }
-/// A pair in contact is listed, counted and placed on both sides.
-Work touching_pair() { return {.bytes = pair_of_indices + 2 * pair_of_indices + 16 + 8}; }
+/// A pair in contact: out; in for counting, where its first's end and a counter; in to be placed on
+/// both sides, two counters, who remains of both and two items.
+Work touching_pair() {
+  return {.bytes = pair_of_indices + pair_of_indices + 4 + 8 + pair_of_indices + 4 + 8 + 8 + 8};
+}
 /// A cell comes to mechanics and goes back: x, y, vx, vy, radius, rank, Body out, Body in, x, y,
-/// vx, vy, order; sums there and back twice; pressure (1 and a division) and stress out; contacts'
-/// start.
+/// vx, vy, order; stress cleared, there and back, and in by place; pressure (1 and a division) and
+/// stress out; contacts: two counters cleared, there and back, and where they are.
 Work to_and_fro() {
   return {.flops64 = 1,
           .divisions64 = 2,
-          .bytes = 40 + 4 + body + body + 32 + 4 + 4 * 32 + 32 + 4 + 12};
+          .bytes = 40 + 4 + body + body + 32 + 4 + 4 * 32 + 4 + 32 + 24 + 4 + 8};
 }
 
 /// ParticleAggression::advance, a particle: its next place (2), bounds of its path (4) against

@@ -13,6 +13,7 @@ namespace {
 
 /// Bodies of different islands cannot touch as long as each moves less than this in a step.
 constexpr double free_way = 1.0;
+constexpr unsigned steps_after_escape = 16;
 
 }  // namespace
 
@@ -34,13 +35,15 @@ void MechanicsSolver::run(const Mechanics& constants, WorldState& world,
   CellStore& cells = world.cells;
   table_.prepare(world);
   motility_.prepare(world);
-  // Environments look at all cells in each substep.
-  by_island_ = !external && list_blocks(cells);
+  // Environments look at all cells in each substep. And who has gone far may do so again.
+  if (steps_as_whole_ > 0) --steps_as_whole_;
+  by_island_ = !external && steps_as_whole_ == 0 && list_blocks(cells);
   if (by_island_) {
     place(cells);
     load(world);
     load_external(external, cells);
     by_island_ = run_blocks(constants, world);
+    if (!by_island_) steps_as_whole_ = steps_after_escape;
   }
   if (!by_island_) run_whole(constants, world, external);
   store(cells);
@@ -104,10 +107,11 @@ void MechanicsSolver::place(const CellStore& cells) {
 }
 
 /// A solver that nobody uses; of so many pieces the same one each time, where that can be.
-MechanicsSolver::BlockSolver& MechanicsSolver::free_solver(unsigned piece, unsigned pieces) {
+MechanicsSolver::Borrowed MechanicsSolver::free_solver(unsigned piece, unsigned pieces) {
   const std::size_t solvers = block_solvers_.size();
   for (std::size_t s = solvers * piece / pieces;; s = (s + 1) % solvers)
-    if (!block_solvers_[s].busy.exchange(true, std::memory_order_acquire)) return block_solvers_[s];
+    if (!block_solvers_[s].busy.exchange(true, std::memory_order_acquire))
+      return Borrowed(&block_solvers_[s]);
 }
 
 void MechanicsSolver::take_pieces(unsigned pieces) {
@@ -130,11 +134,10 @@ bool MechanicsSolver::run_blocks(const Mechanics& constants, const WorldState& w
     Piece& piece = pieces_[p];
     piece.places.begin = *block;
     piece.escaped = false;
-    BlockSolver& block_solver = free_solver(p, taken_);
+    const Borrowed borrowed = free_solver(p, taken_);
     for (; *block < own.end && !piece.escaped; ++block)
       piece.escaped =
-          !run_block(constants, world, {block[0], block[1]}, block_solver.solver, piece.touching);
-    block_solver.busy.store(false, std::memory_order_release);
+          !run_block(constants, world, {block[0], block[1]}, borrowed->solver, piece.touching);
     piece.places.end = *block;
   };
   run_parts(team_, taken_, run_some);

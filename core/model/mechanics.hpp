@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,12 @@ class MechanicsSolver {
     std::atomic<bool> busy = false;
     SpringSolver solver;
   };
+  struct Release {
+    void operator()(BlockSolver* solver) const {
+      solver->busy.store(false, std::memory_order_release);
+    }
+  };
+  using Borrowed = std::unique_ptr<BlockSolver, Release>;
   /// What one thread moves at a time: no two write to the same cache line.
   struct alignas(64) Piece {
     Stretch places;
@@ -61,7 +68,7 @@ class MechanicsSolver {
   [[nodiscard]] bool list_blocks(const CellStore& cells);
   void place(const CellStore& cells);
   void take_pieces(unsigned pieces);
-  [[nodiscard]] BlockSolver& free_solver(unsigned piece, unsigned pieces);
+  [[nodiscard]] Borrowed free_solver(unsigned piece, unsigned pieces);
   [[nodiscard]] bool run_blocks(const Mechanics& constants, const WorldState& world);
   [[nodiscard]] bool run_block(const Mechanics& constants, const WorldState& world, Stretch block,
                                SpringSolver& solver, Touching& touching);
@@ -85,6 +92,7 @@ class MechanicsSolver {
   Islands islands_;
   std::uint32_t least_by_island_ = 4096;
   bool by_island_ = false;                  ///< in the last run
+  unsigned steps_as_whole_ = 0;             ///< that are still to come
   std::vector<std::uint32_t> number_;       ///< by canonical order: place
   std::vector<std::uint32_t> block_start_;  ///< places, and the end
   std::vector<BlockSolver> block_solvers_;  ///< one for each thread

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -538,6 +539,67 @@ TEST(Cluster, MovesBitForBitAlikeInAnyStorageOrder) {
     ASSERT_EQ(first.cells().pressure[i], second.cells().pressure[j]);
     ASSERT_EQ(first.cells().stress_xy[i], second.cells().stress_xy[j]);
   }
+}
+
+// ---- islands ------------------------------------------------------------------------------------
+
+/// Heaps of some cells, far from each other; those of some heaps fly, all together.
+std::vector<Placed> flying_heaps(Dice& dice, double speed) {
+  std::vector<Placed> cells;
+  const double pitch = dice.uniform(9, 14);
+  for (int heap = 0; heap < 9; ++heap) {
+    const bool flies = dice.below(2) == 0;
+    const double vx = dice.uniform(-speed, speed), vy = dice.uniform(-speed, speed);
+    for (std::uint64_t count = 1 + dice.below(12); count > 0; --count)
+      cells.push_back({.x = heap % 3 * pitch + dice.uniform(-1.5, 1.5),
+                       .y = heap / 3 * pitch + dice.uniform(-1.5, 1.5),
+                       .vx = (flies ? vx : 0) + dice.uniform(-1, 1),
+                       .vy = (flies ? vy : 0) + dice.uniform(-1, 1),
+                       .state = static_cast<std::uint16_t>(dice.below(3))});
+  }
+  // Those of a heap are not born one after another.
+  for (std::size_t i = cells.size(); i > 1; --i) std::swap(cells[i - 1], cells[dice.below(i)]);
+  return cells;
+}
+
+TEST(Islands, MoveBitForBitAsAllAtOnceDoHoweverFarTheyFlyInAStep) {
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    Dice dice(seed);
+    // Three substeps of 1/30: up to some radii, or several times the way to the next heap.
+    const std::vector<Placed> cells = flying_heaps(dice, dice.uniform(1, 200));
+    MechanicsBench whole, by_island;
+    whole.states = by_island.states = mixed_states();
+    whole.put(cells);
+    by_island.put(cells);
+    by_island.simulation().move_by_island_from(2);
+    for (int step = 0; step < 4; ++step) {
+      whole.steps(1);
+      by_island.steps(1);
+      ASSERT_EQ(whole.simulation().hash(), by_island.simulation().hash())
+          << "seed " << seed << ", step " << step;
+    }
+  }
+}
+
+TEST(Islands, KeepTheContactsOfThoseWhomAWoundLeaves) {
+  Dice dice(7);
+  MechanicsBench whole, by_island;
+  const std::vector<Placed> cells = flying_heaps(dice, 0.5);
+  whole.states = by_island.states = mixed_states();
+  whole.put(cells);
+  by_island.put(cells);
+  by_island.simulation().move_by_island_from(2);
+  for (int step = 0; step < 12; ++step) {
+    whole.steps(1);
+    by_island.steps(1);
+    // Nothing but the contacts tells of them until the next step.
+    const std::uint64_t hit = dice.below(whole.cells().size());
+    const Wound wound{.x = whole.cells().x[hit], .y = whole.cells().y[hit], .radius = 0.8};
+    whole.simulation().wound(wound);
+    by_island.simulation().wound(wound);
+    ASSERT_EQ(whole.simulation().hash(), by_island.simulation().hash()) << "step " << step;
+  }
+  EXPECT_LT(whole.cells().size(), cells.size());
 }
 
 TEST(Cluster, OfAHundredAndFiftyComesToRest) {
