@@ -19,13 +19,13 @@ model::WorldState chain(const std::vector<bool>& linked_to_next) {
     world.cells.order.push_back(i);
     world.cells.rank.push_back(i);
   }
-  world.contacts.start.clear();
+  std::vector<std::uint32_t>& items = world.contacts.items;
   for (std::uint32_t i = 0; i < count; ++i) {
-    world.contacts.start.push_back(static_cast<std::uint32_t>(world.contacts.items.size()));
-    if (i > 0 && linked_to_next[i - 1]) world.contacts.items.push_back(i - 1);
-    if (i + 1 < count && linked_to_next[i]) world.contacts.items.push_back(i + 1);
+    const auto begin = static_cast<std::uint32_t>(items.size());
+    if (i > 0 && linked_to_next[i - 1]) items.push_back(i - 1);
+    if (i + 1 < count && linked_to_next[i]) items.push_back(i + 1);
+    world.contacts.runs.push_back({begin, static_cast<std::uint32_t>(items.size())});
   }
-  world.contacts.start.push_back(static_cast<std::uint32_t>(world.contacts.items.size()));
   return world;
 }
 
