@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/model/team.hpp"
 #include "tests/core/model/support.hpp"
 
 namespace somas::model::test {
@@ -563,20 +564,25 @@ std::vector<Placed> flying_heaps(Dice& dice, double speed) {
 }
 
 TEST(Islands, MoveBitForBitAsAllAtOnceDoHoweverFarTheyFlyInAStep) {
+  Team team(3, 4);
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     Dice dice(seed);
     // Three substeps of 1/30: up to some radii, or several times the way to the next heap.
     const std::vector<Placed> cells = flying_heaps(dice, dice.uniform(1, 200));
-    MechanicsBench whole, by_island;
-    whole.states = by_island.states = mixed_states();
-    whole.put(cells);
-    by_island.put(cells);
+    MechanicsBench whole, by_island, by_threads;
+    for (MechanicsBench* bench : {&whole, &by_island, &by_threads}) {
+      bench->states = mixed_states();
+      bench->put(cells);
+    }
     by_island.simulation().move_by_island_from(2);
+    by_threads.simulation().move_by_island_from(2);
+    by_threads.simulation().use(&team);
     for (int step = 0; step < 4; ++step) {
-      whole.steps(1);
-      by_island.steps(1);
-      ASSERT_EQ(whole.simulation().hash(), by_island.simulation().hash())
+      for (MechanicsBench* bench : {&whole, &by_island, &by_threads}) bench->steps(1);
+      ASSERT_EQ(by_island.simulation().hash(), whole.simulation().hash())
           << "seed " << seed << ", step " << step;
+      ASSERT_EQ(by_threads.simulation().hash(), whole.simulation().hash())
+          << "three threads, seed " << seed << ", step " << step;
     }
   }
 }
