@@ -26,17 +26,6 @@ constexpr std::size_t most_looked_up = 512, most_searched = 32;
 /// Rows of bins whose discs are asked for early: all of a short path.
 constexpr std::uint32_t rows_fetched = 3;
 
-/// The lanes of a mask as bits.
-inline std::uint32_t lanes_of(const FourMask& mask) {
-#ifdef __AVX__
-  Four lanes;
-  std::memcpy(&lanes, &mask, sizeof lanes);
-  return static_cast<std::uint32_t>(__builtin_ia32_movmskpd256(lanes));
-#else
-  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
-#endif
-}
-
 using FourPlaces = std::int32_t __attribute__((vector_size(16)));
 
 /// As whole numbers from 0 to `last`; what is no number as 0.
@@ -191,7 +180,7 @@ std::size_t HitFinder::list_near(std::span<const Segment> segments, std::uint32_
     place(four + 2, high, high_middles);
     const Four x = __builtin_shufflevector(low, high, 0, 2, 4, 6);
     const Four y = __builtin_shufflevector(low, high, 1, 3, 5, 7);
-    std::uint32_t some = ~lanes_of(x + y <= most_square);
+    std::uint32_t some = ~bits_of(x + y <= most_square);
     const auto mark = [&](std::int32_t column, std::int32_t row) -> std::uint32_t {
       const auto c = static_cast<std::uint32_t>(column), r = static_cast<std::uint32_t>(row);
       return marks[r * stride + c / 64] >> (c % 64) & 1;

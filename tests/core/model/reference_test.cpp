@@ -103,8 +103,8 @@ struct BusyWorld {
   }
 };
 
-/// As worlds of thousands of cells are kept.
-void order_by_islands_for_some(std::uint64_t seed, Bench& bench) {
+/// As worlds of thousands of cells are moved.
+void move_by_island_for_some(std::uint64_t seed, Bench& bench) {
   if (seed % 4 < 2) bench.simulation().move_by_island_from(2);
 }
 
@@ -113,7 +113,7 @@ TEST(Reference, LivesAsTheEngineDoesInABusyWorld) {
   for (const bool adhere : {false, true}) {
     for (const bool feed : {false, true}) {
       BusyWorld world({.adhere = adhere, .feed = feed});
-      order_by_islands_for_some(feed ? 0 : 2, world.bench);
+      move_by_island_for_some(feed ? 0 : 2, world.bench);
       const auto difference = world.run(250);
       ASSERT_FALSE(difference) << difference->text();
       events.add(world.reference.events);
@@ -194,7 +194,7 @@ TEST(Reference, LivesAsTheEngineDoesWithHeapsOfCellsInAwkwardPlaces) {
     Dice dice(seed);
     BusyWorld world({.adhere = dice.below(2) == 0, .feed = dice.below(2) == 0});
     world.bench.replace(heap(dice));
-    order_by_islands_for_some(seed, world.bench);
+    move_by_island_for_some(seed, world.bench);
     world.reference = copy_of(world.bench.simulation());
     const auto difference = world.run(12);
     ASSERT_FALSE(difference) << "seed " << seed << ": " << difference->text();
@@ -261,7 +261,7 @@ std::optional<Difference> compare_from(const std::vector<Placed>& cells, int ste
                                        std::uint64_t seed, Bench& bench) {
   bench.start_with(cells);
   for (model::OrganismState& organism : bench.world().organisms) organism.fields.set(0, 2, 1, 1);
-  order_by_islands_for_some(seed, bench);
+  move_by_island_for_some(seed, bench);
   World reference = copy_of(bench.simulation());
   for (int s = 0; s < steps; ++s) {
     step(reference);
