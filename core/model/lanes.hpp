@@ -76,8 +76,10 @@ void read_columns(const Row& r0, const Row& r1, const Row& r2, const Row& r3, Fo
 
 /// Four pairs (x, y) one after another.
 inline void write_interleaved(const Four& x, const Four& y, Two* to) {
-  const Four low = __builtin_shufflevector(x, y, 0, 4, 1, 5);
-  const Four high = __builtin_shufflevector(x, y, 2, 6, 3, 7);
+  const Four even = __builtin_shufflevector(x, y, 0, 4, 2, 6);
+  const Four odd = __builtin_shufflevector(x, y, 1, 5, 3, 7);
+  const Four low = __builtin_shufflevector(even, odd, 0, 1, 4, 5);
+  const Four high = __builtin_shufflevector(even, odd, 2, 3, 6, 7);
   std::memcpy(to, &low, sizeof low);
   std::memcpy(to + 2, &high, sizeof high);
 }
