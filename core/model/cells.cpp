@@ -90,6 +90,19 @@ void Reorganiser::gather(T* column, std::vector<std::byte>& scratch) const {
     return;
   }
   if (runs_.empty()) return;
+  if (only_births_) {
+    // Everybody else moves towards the back: in place, back to front, once these are set aside.
+    auto* newborn = reinterpret_cast<T*>(scratch.data());
+    std::copy(column + first_newborn_, column + source_.size(), newborn);
+    for (std::size_t r = runs_.size(); r-- > 0;) {
+      const Run& run = runs_[r];
+      if (run.from >= first_newborn_)
+        std::copy_n(newborn + (run.from - first_newborn_), run.count, column + run.to);
+      else
+        std::memmove(column + run.to, column + run.from, run.count * sizeof(T));
+    }
+    return;
+  }
   const std::size_t first = runs_.front().to;
   auto* moved = reinterpret_cast<T*>(scratch.data());
   for (const Run& run : runs_)
@@ -205,6 +218,8 @@ void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> rem
   });
 
   only_removals_ = moved_.empty();
+  first_newborn_ = ranged;
+  only_births_ = kept == ranged && moved_.size() == cells.size() - ranged;
   if (only_removals_) return source_.swap(kept_);
   std::sort(moved_.begin(), moved_.end(), before);
   source_.clear();

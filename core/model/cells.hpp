@@ -134,7 +134,8 @@ class Reorganiser {
     std::uint32_t to, from, count;
   };
   std::vector<Run> runs_;  ///< of all from the first cell on that does not stay in place
-  bool only_removals_ = false;
+  bool only_removals_ = false, only_births_ = false;
+  std::uint32_t first_newborn_ = 0;  ///< they stood from there on
   /// A column, by its place among all, and what moves it.
   struct Move {
     void* column;

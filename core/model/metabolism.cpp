@@ -146,12 +146,22 @@ void MetabolismSolver::ask(const Step& step, const CellRange& range) {
     const auto none = static_cast<std::int64_t>(grid.values.size());
     double* demand = demand_.data() + r * cells.size();
     std::uint32_t* square = square_.data() + r * cells.size();
-    for (std::uint32_t i = range.begin; i < range.end; ++i) {
-      const double wanted = std::min(share(wish[i]) * production, room_[i]);
-      const std::int64_t at = wanted > 0 ? grid.index_of(cells.x[i], cells.y[i]) : -1;
-      const std::uint32_t k = cells.rank[i];
-      demand[k] = at < 0 ? 0.0 : wanted;
-      square[k] = static_cast<std::uint32_t>(at < 0 ? none : at);
+    // Squares in lanes, some at a time; then to where the cells stand in canonical order.
+    constexpr std::uint32_t most = 128;
+    std::array<double, most> wanted;
+    std::array<std::int64_t, most> at;
+    for (std::uint32_t begin = range.begin; begin < range.end; begin += most) {
+      const std::uint32_t some = std::min(most, range.end - begin);
+      const double *x = &cells.x[begin], *y = &cells.y[begin], *room = &room_[begin];
+      for (std::uint32_t l = 0; l < some; ++l)
+        wanted[l] = std::min(share(wish[begin + l]) * production, room[l]);
+      for (std::uint32_t l = 0; production > 0 && l < some; ++l) at[l] = grid.index_of(x[l], y[l]);
+      for (std::uint32_t l = 0; l < some; ++l) {
+        const bool asks = wanted[l] > 0 && at[l] >= 0;
+        const std::uint32_t k = cells.rank[begin + l];
+        demand[k] = asks ? wanted[l] : 0.0;
+        square[k] = static_cast<std::uint32_t>(asks ? at[l] : none);
+      }
     }
   }
 }

@@ -86,6 +86,17 @@ TEST(Log, IsWithinTwoUlp) {
     EXPECT_LE(ulps(math::log(x), std::log(static_cast<long double>(x))), 2) << x;
 }
 
+TEST(Log, OfNormalNumbersNeedsNoBranch) {
+  Uniform draw(21);
+  for (int i = 0; i < 100000; ++i) {
+    const double x = i % 2 == 0 ? std::exp(draw(-708, 709)) : 1 - draw(0, 1);
+    ASSERT_EQ(math::log_of_normal(x), math::log(x)) << x;
+  }
+  for (const double x : {1.0, std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
+                         0x1p-53, 1 - 0x1p-53})
+    EXPECT_EQ(math::log_of_normal(x), math::log(x)) << x;
+}
+
 TEST(Log, TakesSpecialValues) {
   EXPECT_EQ(math::log(1), 0);
   EXPECT_EQ(math::log(0), -infinity);

@@ -191,6 +191,17 @@ TEST(Normal, HasTheMomentsAndTailsOfAStandardNormal) {
                 0.003);
 }
 
+TEST(Normal, PairIsThatOfTheNextTwoUniforms) {
+  Rng one(15, 0, 0, 0, 0), two(15, 0, 0, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const double u = two.uniform(), v = two.uniform();
+    EXPECT_EQ(one.normals(), Rng::normals_of(u, v));
+  }
+  EXPECT_EQ(Rng::normals_of(0, 0.3)[0], 0);
+  EXPECT_NEAR(Rng::normals_of(1 - 0x1p-53, 0)[0], std::sqrt(2 * 53 * std::log(2.0)), 1e-12)
+      << "none is farther out";
+}
+
 TEST(Normal, SingleOneIsTheFirstOfAPair) {
   Rng one(14, 0, 0, 0, 0), two(14, 0, 0, 0, 0);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(one.normal(), two.normals()[0]);

@@ -58,6 +58,9 @@ class NutrientField {
   void sense(World& world) const;
 
  private:
+  void sense(const Grid& grid, const Cells& cells, std::span<float> sensed, std::uint32_t first,
+             std::uint32_t count) const;
+
   std::vector<double> capacity_;  ///< of each patch; 0 outside the region
   Id grid_ = no_id;
   Id sensor_ = no_id;

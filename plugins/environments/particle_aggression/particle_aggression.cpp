@@ -22,6 +22,13 @@ struct ParticleAggression::Particles {
   std::span<double> x, y, vx, vy, energy;
 };
 
+/// Uniform numbers, three for each particle: its place on the circle, and where it is headed for.
+struct ParticleAggression::Draws {
+  static constexpr std::size_t most = 128;
+  std::size_t count = 0;
+  std::array<double, most> turn, u, v;
+};
+
 namespace {
 
 constexpr double most_particles = 1e7;
@@ -124,31 +131,38 @@ void ParticleAggression::emit(World& world) const {
   // A particle's chance hangs on its number alone.
   double& serial = world.scalar(serial_);
   const Particles p(table);
-  for (std::uint32_t i = old_rows; i < table.rows(); ++i) {
-    launch(p, i, world.rng(purpose_, static_cast<std::uint64_t>(serial)));
-    p.energy[i] = parameters_.energy;
-    serial += 1;
+  std::fill(p.energy.begin() + old_rows, p.energy.end(), parameters_.energy);
+  Draws draws;
+  for (std::size_t i = old_rows; i < table.rows(); i += draws.count) {
+    draws.count = std::min(Draws::most, table.rows() - i);
+    for (std::size_t d = 0; d < draws.count; ++d, serial += 1) {
+      Rng rng = world.rng(purpose_, static_cast<std::uint64_t>(serial));
+      draws.turn[d] = rng.uniform();
+      draws.u[d] = rng.uniform();
+      draws.v[d] = rng.uniform();
+    }
+    launch(p, i, draws);
   }
 }
 
-/// Puts particle `i` on the circle at an even angle, headed for a point near the centre.
-void ParticleAggression::launch(const Particles& p, std::size_t i, Rng rng) const {
+/// Puts particles from `i` on onto the circle at even angles, headed for points near the centre.
+void ParticleAggression::launch(const Particles& p, std::size_t i, const Draws& draws) const {
   const double radius = spawn_radius_, spread = parameters_.aim_spread, speed = parameters_.speed;
-  const math::SinCos angle = math::sincos(math::two_pi * rng.uniform());
-  const auto [aim_x, aim_y] = rng.normals();
-  p.x[i] = radius * angle.cos;
-  p.y[i] = radius * angle.sin;
-  double dx = spread * aim_x - p.x[i];
-  double dy = spread * aim_y - p.y[i];
-  double distance = std::sqrt(dx * dx + dy * dy);
-  // Aimed at where it stands: no direction, so take the centre's.
-  if (distance == 0) {
-    dx = -p.x[i];
-    dy = -p.y[i];
-    distance = radius;
+  double *x = &p.x[i], *y = &p.y[i], *vx = &p.vx[i], *vy = &p.vy[i];
+  // Branches on nothing: in lanes.
+  for (std::size_t d = 0; d < draws.count; ++d) {
+    const math::SinCos angle = math::sincos(math::two_pi * draws.turn[d]);
+    const auto [aim_x, aim_y] = Rng::normals_of(draws.u[d], draws.v[d]);
+    x[d] = radius * angle.cos;
+    y[d] = radius * angle.sin;
+    const double dx = spread * aim_x - x[d], dy = spread * aim_y - y[d];
+    const double distance = std::sqrt(dx * dx + dy * dy);
+    // Aimed at where it stands: no direction, so take the centre's.
+    const bool aimless = distance == 0;
+    const double way = aimless ? radius : distance;
+    vx[d] = speed * ((aimless ? -x[d] : dx) / way);
+    vy[d] = speed * ((aimless ? -y[d] : dy) / way);
   }
-  p.vx[i] = speed * (dx / distance);
-  p.vy[i] = speed * (dy / distance);
 }
 
 /// A rectangle that holds cells; empty, and so far from everything, when there are none.

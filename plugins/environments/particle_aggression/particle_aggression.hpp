@@ -71,12 +71,13 @@ class ParticleAggression final : public Environment {
 
  private:
   struct Particles;
+  struct Draws;
   struct Box;
   struct Block;
   struct Round;
   void check_number(std::uint64_t max_steps) const;
   void emit(World& world) const;
-  void launch(const Particles& p, std::size_t i, Rng rng) const;
+  void launch(const Particles& p, std::size_t i, const Draws& draws) const;
   void fly(World& world, Round& round) const;
   static Box bounds_of(World& world, Round& round);
   void advance(const Particles& p, const Box& inhabited, Round& round, std::uint32_t part,

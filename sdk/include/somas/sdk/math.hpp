@@ -22,15 +22,45 @@ namespace detail {
 inline constexpr double ln2_high = 0x1.62e42fefa3800p-1;  // 42 bits: k * ln2_high is exact
 inline constexpr double ln2_low = 0x1.ef35793c76730p-45;
 
-/// Nearest integer, ties to even, for |x| < 2^51, by the magic-number addition.
-[[nodiscard]] inline double round_even(double x) {
-  constexpr double magic = 0x1.8p52;
-  return (x + magic) - magic;
-}
+/// Added to |x| < 2^51 it leaves the nearest integer, ties to even, in the lowest bits.
+inline constexpr double magic = 0x1.8p52;
+
+/// Nearest integer, ties to even, for |x| < 2^51.
+[[nodiscard]] inline double round_even(double x) { return (x + magic) - magic; }
 
 /// 2^k for -1022 <= k <= 1023.
 [[nodiscard]] inline double power_of_two(std::int64_t k) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(k + 1023) << 52);
+}
+
+/// Natural logarithm of 2^more x, x positive and normal.
+[[nodiscard]] inline double log_of_normal(double x, double more) {
+  // x = 2^k m, m in [sqrt(1/2), sqrt(2)); log m = 2 artanh(s), s = (m - 1) / (m + 1).
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
+  const bool above = m > 1.4142135623730951;
+  m = above ? 0.5 * m : m;
+  // The exponent as the lowest bits of 2^52.
+  const double exponent = std::bit_cast<double>((bits >> 52) | 0x4330000000000000ull);
+  const double k = (exponent - (0x1p52 + 1023)) + (above ? more + 1.0 : more);
+  const double f = m - 1.0;
+  const double s = f / (m + 1.0);
+  const double z = s * s;
+  double p = 1.0 / 23.0;
+  p = p * z + 1.0 / 21.0;
+  p = p * z + 1.0 / 19.0;
+  p = p * z + 1.0 / 17.0;
+  p = p * z + 1.0 / 15.0;
+  p = p * z + 1.0 / 13.0;
+  p = p * z + 1.0 / 11.0;
+  p = p * z + 1.0 / 9.0;
+  p = p * z + 1.0 / 7.0;
+  p = p * z + 1.0 / 5.0;
+  p = p * z + 1.0 / 3.0;
+  // 2 artanh(s) = f - s (f - 2 z s^0 p ...) rearranged so that the leading term f is exact.
+  const double half_square = 0.5 * f * f;
+  const double tail = s * (half_square + 2.0 * z * p);
+  return k * ln2_high - ((half_square - (tail + k * ln2_low)) - f);
 }
 
 }  // namespace detail
@@ -61,43 +91,17 @@ inline constexpr double ln2_low = 0x1.ef35793c76730p-45;
   return e * detail::power_of_two(n / 2) * detail::power_of_two(n - n / 2);
 }
 
-/// Natural logarithm of a positive normal x; -infinity at 0, NaN below.
+/// Natural logarithm of a positive normal x < infinity, without branches so that loops over lanes
+/// vectorise.
+[[nodiscard]] inline double log_of_normal(double x) { return detail::log_of_normal(x, 0); }
+
+/// Natural logarithm of x > 0; -infinity at 0, NaN below.
 [[nodiscard]] inline double log(double x) {
   if (!(x >= 0)) return std::numeric_limits<double>::quiet_NaN();
   if (x == 0) return -std::numeric_limits<double>::infinity();
   if (x == std::numeric_limits<double>::infinity()) return x;
-  // x = 2^k m, m in [sqrt(1/2), sqrt(2)); log m = 2 artanh(s), s = (m - 1) / (m + 1).
-  double scaled = x;
-  std::int64_t k = 0;
-  if (x < std::numeric_limits<double>::min()) {
-    scaled = x * 0x1p54;
-    k = -54;
-  }
-  const auto bits = std::bit_cast<std::uint64_t>(scaled);
-  k += static_cast<std::int64_t>(bits >> 52) - 1023;
-  double m = std::bit_cast<double>((bits & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull);
-  const bool above = m > 1.4142135623730951;
-  m = above ? 0.5 * m : m;
-  k += above ? 1 : 0;
-  const double f = m - 1.0;
-  const double s = f / (m + 1.0);
-  const double z = s * s;
-  double p = 1.0 / 23.0;
-  p = p * z + 1.0 / 21.0;
-  p = p * z + 1.0 / 19.0;
-  p = p * z + 1.0 / 17.0;
-  p = p * z + 1.0 / 15.0;
-  p = p * z + 1.0 / 13.0;
-  p = p * z + 1.0 / 11.0;
-  p = p * z + 1.0 / 9.0;
-  p = p * z + 1.0 / 7.0;
-  p = p * z + 1.0 / 5.0;
-  p = p * z + 1.0 / 3.0;
-  // 2 artanh(s) = f - s (f - 2 z s^0 p ...) rearranged so that the leading term f is exact.
-  const double half_square = 0.5 * f * f;
-  const double tail = s * (half_square + 2.0 * z * p);
-  const auto n = static_cast<double>(k);
-  return n * detail::ln2_high - ((half_square - (tail + n * detail::ln2_low)) - f);
+  const bool normal = x >= std::numeric_limits<double>::min();
+  return normal ? detail::log_of_normal(x, 0) : detail::log_of_normal(x * 0x1p54, -54);
 }
 
 /// Both of one angle.
@@ -106,11 +110,12 @@ struct SinCos {
   double cos;  ///< of the angle
 };
 
-/// Sine and cosine of x, |x| <= 1e6.
+/// Sine and cosine of x, |x| <= 1e6, without branches so that loops over lanes vectorise.
 [[nodiscard]] inline SinCos sincos(double x) {
   // x = q pi/2 + r, pi/2 in three parts (Cody and Waite), r as a sum r + t of two doubles; then
   // Taylor polynomials on |r| <= pi/4, corrected by the derivative for t.
-  const double q = detail::round_even(x * 0.6366197723675814);
+  const double shifted = x * 0.6366197723675814 + detail::magic;
+  const double q = shifted - detail::magic;
   const double coarse = x - q * 0x1.921fb54400000p+0;
   const double fine = q * 0x1.0b4611a600000p-34;
   const double difference = coarse - fine;
@@ -136,8 +141,8 @@ struct SinCos {
   const double half = 0.5 * z;
   const double lead = 1.0 - half;
   const double cosine = lead + (((1.0 - lead) - half) + (z * z * c - r * t));
-  // The quarter turn chooses which is which and the signs; without branches, as it is any.
-  const auto quarter = static_cast<std::int64_t>(q);
+  // The quarter turn, in the lowest bits, chooses which is which and the signs.
+  const auto quarter = std::bit_cast<std::uint64_t>(shifted);
   const bool swap = (quarter & 1) != 0;
   const double a = swap ? cosine : sine, b = swap ? sine : cosine;
   const bool lower = (quarter & 2) != 0, left = ((quarter + 1) & 2) != 0;

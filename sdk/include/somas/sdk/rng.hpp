@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "somas/sdk/math.hpp"
@@ -69,11 +70,17 @@ class Rng {
   /// True with probability p.
   constexpr bool chance(double p) { return uniform() < p; }
 
-  /// Two independent standard normals (Box and Muller).
+  /// Two independent standard normals: those of the next two uniforms.
   std::array<double, 2> normals() {
-    const double u = 1.0 - uniform();  // in (0, 1]
-    const math::SinCos angle = math::sincos(math::two_pi * uniform());
-    const double radius = std::sqrt(-2.0 * math::log(u));
+    const double u = uniform();
+    return normals_of(u, uniform());
+  }
+
+  /// Two independent standard normals from two independent uniforms in [0, 1) (Box and Muller),
+  /// without branches so that loops over lanes vectorise.
+  [[nodiscard]] static std::array<double, 2> normals_of(double u, double v) {
+    const math::SinCos angle = math::sincos(math::two_pi * v);
+    const double radius = std::sqrt(-2.0 * math::log_of_normal(1.0 - u));
     return {radius * angle.cos, radius * angle.sin};
   }
 

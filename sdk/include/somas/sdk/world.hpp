@@ -4,6 +4,7 @@
 /// hashed and recorded from the declaration alone, so a plugin keeps parameters and handles only.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <string_view>
 
 #include "somas/sdk/extension.hpp"
+#include "somas/sdk/math.hpp"
 #include "somas/sdk/rng.hpp"
 #include "somas/sdk/types.hpp"
 
@@ -152,12 +154,15 @@ struct Grid {
   std::span<double> values;  ///< one a square, row-major; valid during the call
   GridSpec spec;             ///< as declared
 
-  /// Index of the square that holds (x, y) (lower and left edges belong to it), or -1 outside.
+  /// Index of the square that holds (x, y) (lower and left edges belong to it), or -1 outside;
+  /// without branches so that loops over lanes vectorise.
   [[nodiscard]] std::int64_t index_of(double x, double y) const {
     const double column = std::floor((x - spec.left) / spec.side);
     const double row = std::floor((y - spec.bottom) / spec.side);
-    if (!(column >= 0 && column < spec.columns && row >= 0 && row < spec.rows)) return -1;
-    return static_cast<std::int64_t>(row) * spec.columns + static_cast<std::int64_t>(column);
+    const bool inside = (column >= 0) & (column < spec.columns) & (row >= 0) & (row < spec.rows);
+    const double index = inside ? row * spec.columns + column : -1.0;
+    constexpr auto zero = std::bit_cast<std::int64_t>(math::detail::magic);
+    return std::bit_cast<std::int64_t>(index + math::detail::magic) - zero;
   }
   /// x of the centre of a square.
   [[nodiscard]] double centre_x(std::size_t index) const {
