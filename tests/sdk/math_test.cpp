@@ -92,8 +92,8 @@ TEST(Log, OfNormalNumbersNeedsNoBranch) {
     const double x = i % 2 == 0 ? std::exp(draw(-708, 709)) : 1 - draw(0, 1);
     ASSERT_EQ(math::log_of_normal(x), math::log(x)) << x;
   }
-  for (const double x : {1.0, std::numeric_limits<double>::min(), std::numeric_limits<double>::max(),
-                         0x1p-53, 1 - 0x1p-53})
+  for (const double x : {1.0, std::numeric_limits<double>::min(),
+                         std::numeric_limits<double>::max(), 0x1p-53, 1 - 0x1p-53})
     EXPECT_EQ(math::log_of_normal(x), math::log(x)) << x;
 }
 

@@ -38,6 +38,8 @@ constexpr std::size_t block_size = 4096;
 constexpr std::size_t blocks_per_thread = 8;
 /// Cells that are worth a thread that looks for their bounds.
 constexpr std::uint32_t many_cells = 20000;
+/// Particles that move to others' places and are worth a thread for each of two columns.
+constexpr std::size_t many_fills = 2000;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
 
@@ -205,26 +207,30 @@ struct alignas(64) ParticleAggression::Block {
   std::size_t begin = 0, count = 0;
   /// Where those that may meet a cell on the way stand in the lists of the round.
   std::size_t near_begin = 0, near_count = 0;
-  /// A bit for each: past the far side, or spent.
-  std::array<std::uint64_t, block_size / 64> leaves;
-  [[nodiscard]] std::span<const std::uint64_t> leaving() const {
-    return std::span(leaves).first((count + 63) / 64);
-  }
 };
 
 /// Scratch memory, too large for a stack.
 struct ParticleAggression::Round {
   std::vector<Box> boxes;  ///< by part
-  std::vector<Block> blocks, last_blocks;
+  std::vector<Block> blocks;
   // Of the particles that may meet a cell on the way: which of its block, its path, who is hit.
   // Those of blocks that one thread moves follow each other.
   std::vector<std::uint32_t> near;
   std::vector<Segment> paths;
   std::vector<std::int32_t> hits;
+  /// A bit for each particle, of this round or an earlier one: past the far side, or spent.
+  std::vector<std::uint64_t> leaves;
+  /// Particles that move, one by one, to the places of others.
+  struct Fill {
+    std::uint32_t to, from;
+  };
+  std::vector<Fill> fills;
+
+  [[nodiscard]] bool is_leaving(std::size_t i) const { return (leaves[i / 64] >> i % 64 & 1) != 0; }
+  void leave(std::size_t i) { leaves[i / 64] |= std::uint64_t{1} << i % 64; }
 
   /// The blocks that come next, at most so many, from the particle `begin` on; returns their end.
   std::size_t line_up(std::size_t begin, std::size_t rows, std::size_t most_blocks) {
-    std::swap(blocks, last_blocks);
     blocks.resize(std::min(most_blocks, (rows - begin + block_size - 1) / block_size));
     for (Block& block : blocks) {
       block.begin = begin;
@@ -263,32 +269,25 @@ ParticleAggression::Box ParticleAggression::bounds_of(World& world, Round& round
   return all;
 }
 
-/// Round by round, so that particles are still in a cache when their hits are known. While the next
-/// ones advance, the last ones close their ranks.
+/// Round by round, so that particles are still in a cache when their hits are known.
 void ParticleAggression::fly(World& world, Round& round) const {
   Table& table = world.table(particles_);
   const Particles p(table);
   const Box inhabited = bounds_of(world, round);
   const std::size_t rows = table.rows();
   const std::uint32_t threads = threads_of(world);
-  std::size_t kept = 0, begin = 0;
-  round.blocks.clear();
-  do {
+  round.leaves.resize((rows + 63) / 64);
+  for (std::size_t begin = 0; begin < rows;) {
     begin = round.line_up(begin, rows, threads == 1 ? 1 : blocks_per_thread * threads);
-    const std::span<const Block> last(round.last_blocks);
-    const std::size_t most = std::max(round.blocks.size(), last.size());
-    const auto parts = static_cast<std::uint32_t>(std::clamp<std::size_t>(most, 1, threads));
+    const auto parts = std::min(static_cast<std::uint32_t>(round.blocks.size()), threads);
     share_work(world, parts, 1, [&](std::uint32_t first, std::uint32_t end) {
-      for (std::uint32_t part = first; part < end; ++part) {
-        close_ranks(p, last, kept, part, parts);
+      for (std::uint32_t part = first; part < end; ++part)
         advance(p, inhabited, round, part, parts);
-      }
     });
-    kept += staying(last);
     find_hits(world, round);
-    for (Block& block : round.blocks) strike(world, p, round, block);
-  } while (!round.blocks.empty());
-  table.resize(static_cast<std::uint32_t>(kept));
+    for (const Block& block : round.blocks) strike(world, p, round, block);
+  }
+  table.resize(fill_gaps(world, p, round));
 }
 
 /// Moves a part of the blocks.
@@ -299,7 +298,8 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Round
   for (std::size_t b = first; b < bound(count, part + 1, parts); ++b) {
     Block& block = round.blocks[b];
     block.near_begin = near_begin;
-    advance(p, inhabited, block, &round.near[near_begin], &round.paths[near_begin]);
+    advance(p, inhabited, block, &round.near[near_begin], &round.paths[near_begin],
+            &round.leaves[block.begin / 64]);
     near_begin += block.near_count;
   }
 }
@@ -307,7 +307,8 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Round
 /// The particles of the block move; who is past the far side leaves; the paths of those that come
 /// near the cells are listed: most are too far off to meet any.
 void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block& block,
-                                 std::uint32_t* nears, Segment* near_paths) const {
+                                 std::uint32_t* nears, Segment* near_paths,
+                                 std::uint64_t* all_leave) const {
   const Four limit = Four{} + spawn_radius_ * spawn_radius_;
   const Four left = Four{} + inhabited.left, right = Four{} + inhabited.right;
   const Four bottom = Four{} + inhabited.bottom, top = Four{} + inhabited.top;
@@ -358,7 +359,7 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block
     const std::size_t word = k / 64, end = std::min(k + 64, count);
     for (; k + 4 <= end; k += 4) move(k, std::integral_constant<std::size_t, 4>());
     for (; k < end; ++k) move(k, std::integral_constant<std::size_t, 1>());
-    block.leaves[word] = leaves;
+    all_leave[word] = leaves;
   }
   block.near_count = near_count;
 }
@@ -377,57 +378,45 @@ void ParticleAggression::find_hits(World& world, Round& round) {
 }
 
 /// Those that meet a cell are spent on it.
-void ParticleAggression::strike(World& world, const Particles& p, const Round& round,
-                                Block& block) const {
+void ParticleAggression::strike(World& world, const Particles& p, Round& round,
+                                const Block& block) const {
   const std::size_t end = block.near_begin + block.near_count;
   for (std::size_t n = block.near_begin; n < end; ++n) {
     // Few meet one.
     while (n + 8 <= end && all_miss(&round.hits[n])) n += 8;
     if (n == end) return;
     if (round.hits[n] < 0) continue;
-    const std::uint32_t k = round.near[n];
-    block.leaves[k / 64] |= std::uint64_t{1} << (k % 64);
-    world.strike(static_cast<std::uint32_t>(round.hits[n]), hazard_, p.energy[block.begin + k]);
+    const std::size_t i = block.begin + round.near[n];
+    round.leave(i);
+    world.strike(static_cast<std::uint32_t>(round.hits[n]), hazard_, p.energy[i]);
   }
 }
 
-/// How many do not leave.
-std::size_t ParticleAggression::staying(std::span<const Block> blocks) {
-  std::size_t count = 0;
-  for (const Block& block : blocks) {
-    count += block.count;
-    for (const std::uint64_t leaves : block.leaving())
-      count -= static_cast<std::size_t>(std::popcount(leaves));
-  }
-  return count;
-}
-
-/// Who does not leave closes the ranks behind the `kept` ones, in order: a part of the columns.
-void ParticleAggression::close_ranks(const Particles& p, std::span<const Block> blocks,
-                                     std::size_t kept, std::uint32_t part, std::uint32_t parts) {
-  if (blocks.empty()) return;
-  // The energy is everybody's: that column may stay.
-  const std::array<std::span<double>, 4> columns{p.x, p.y, p.vx, p.vy};
-  for (std::size_t c = part; c < columns.size(); c += parts) close_ranks(columns[c], blocks, kept);
-}
-
-void ParticleAggression::close_ranks(std::span<double> column, std::span<const Block> blocks,
-                                     std::size_t kept) {
-  const auto move_up = [&](std::size_t from, std::size_t to) {
-    if (kept != from) std::copy(column.begin() + from, column.begin() + to, column.begin() + kept);
-    kept += to - from;
+/// The last ones take the places of those that leave, the lowest place first; returns how many
+/// there are then. Few leave in a step: nobody else moves.
+std::uint32_t ParticleAggression::fill_gaps(World& world, const Particles& p, Round& round) {
+  std::size_t kept = p.x.size();
+  const auto drop_last = [&](std::size_t from) {
+    while (kept > from && round.is_leaving(kept - 1)) --kept;
   };
-  std::size_t from = blocks.front().begin;
-  for (const Block& block : blocks) {
-    for (std::size_t word = 0; word < block.leaving().size(); ++word)
-      for (std::uint64_t set = block.leaves[word]; set != 0; set &= set - 1) {
-        const std::size_t leaving =
-            block.begin + 64 * word + static_cast<std::size_t>(std::countr_zero(set));
-        move_up(from, leaving);
-        from = leaving + 1;
-      }
-  }
-  move_up(from, blocks.back().begin + blocks.back().count);
+  drop_last(0);
+  round.fills.clear();
+  for (std::size_t word = 0; 64 * word < kept; ++word)
+    for (std::uint64_t set = round.leaves[word]; set != 0; set &= set - 1) {
+      const std::size_t to = 64 * word + static_cast<std::size_t>(std::countr_zero(set));
+      if (to >= kept) break;
+      round.fills.push_back({static_cast<std::uint32_t>(to), static_cast<std::uint32_t>(--kept)});
+      drop_last(to + 1);
+    }
+
+  // The energy is everybody's: that column may stay.
+  const std::array<double*, 4> columns{p.x.data(), p.y.data(), p.vx.data(), p.vy.data()};
+  const auto fill_some = [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t c = first; c < end; ++c)
+      for (const auto [to, from] : round.fills) columns[c][to] = columns[c][from];
+  };
+  share_work(world, columns.size(), round.fills.size() < many_fills ? 4 : 1, fill_some);
+  return static_cast<std::uint32_t>(kept);
 }
 
 }  // namespace somas::environments

@@ -83,14 +83,10 @@ class ParticleAggression final : public Environment {
   void advance(const Particles& p, const Box& inhabited, Round& round, std::uint32_t part,
                std::uint32_t parts) const;
   void advance(const Particles& p, const Box& inhabited, Block& block, std::uint32_t* nears,
-               Segment* near_paths) const;
+               Segment* near_paths, std::uint64_t* all_leave) const;
   static void find_hits(World& world, Round& round);
-  void strike(World& world, const Particles& p, const Round& round, Block& block) const;
-  static std::size_t staying(std::span<const Block> blocks);
-  static void close_ranks(const Particles& p, std::span<const Block> blocks, std::size_t kept,
-                          std::uint32_t part, std::uint32_t parts);
-  static void close_ranks(std::span<double> column, std::span<const Block> blocks,
-                          std::size_t kept);
+  void strike(World& world, const Particles& p, Round& round, const Block& block) const;
+  static std::uint32_t fill_gaps(World& world, const Particles& p, Round& round);
 
   Parameters parameters_;
   double spawn_radius_ = 0;
