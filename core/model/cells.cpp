@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -38,26 +39,28 @@ void CellStore::copy_cell(std::uint32_t from, std::uint32_t to) {
 
 namespace {
 
-/// Of a part: cells that stay where they are in an order, or come before it; and others.
-struct Count {
-  std::uint32_t kept = 0, others = 0;
+/// What is left of [0, ...) when some, ascending, leave.
+class Remaining {
+ public:
+  explicit Remaining(std::span<const std::uint32_t> leavers) : leavers_(leavers) {}
+
+  /// Calls add(first, count) for stretches that make up what is left from where it ended last, up
+  /// to `end`.
+  template <class Add>
+  void until(std::uint32_t end, Add&& add) {
+    for (; next_leaver_ < leavers_.size() && leavers_[next_leaver_] < end; ++next_leaver_) {
+      add(next_, leavers_[next_leaver_] - next_);
+      next_ = leavers_[next_leaver_] + 1;
+    }
+    add(next_, end - next_);
+    next_ = end;
+  }
+
+ private:
+  std::span<const std::uint32_t> leavers_;
+  std::size_t next_leaver_ = 0;
+  std::uint32_t next_ = 0;
 };
-constexpr unsigned most_parts = 64;
-
-unsigned parts_of(const Team* team, std::uint32_t count) {
-  return team == nullptr ? 1 : std::min(team->parts(count), most_parts);
-}
-
-/// Calls work(part, begin, end) for so many parts of [0, count), at once.
-template <class Work>
-void share_parts(Team* team, std::uint32_t count, unsigned parts, const Work& work) {
-  if (parts == 1) return work(0u, 0u, count);
-  const auto part_of = [&](unsigned part) {
-    const Stretch own = stretch(count, part, parts);
-    work(part, own.begin, own.end);
-  };
-  team->run(parts, part_of);
-}
 
 /// The cells are sorted by organism and state.
 void list_ranges(CellStore& cells) {
@@ -93,7 +96,7 @@ void Reorganiser::gather(T* column, std::vector<std::byte>& scratch) const {
   if (only_births_) {
     // Everybody else moves towards the back: in place, back to front, once these are set aside.
     auto* newborn = reinterpret_cast<T*>(scratch.data());
-    std::copy(column + first_newborn_, column + source_.size(), newborn);
+    std::copy(column + first_newborn_, column + count_, newborn);
     for (std::size_t r = runs_.size(); r-- > 0;) {
       const Run& run = runs_[r];
       if (run.from >= first_newborn_)
@@ -107,7 +110,7 @@ void Reorganiser::gather(T* column, std::vector<std::byte>& scratch) const {
   auto* moved = reinterpret_cast<T*>(scratch.data());
   for (const Run& run : runs_)
     std::memcpy(moved + (run.to - first), column + run.from, run.count * sizeof(T));
-  std::memcpy(column + first, moved, (source_.size() - first) * sizeof(T));
+  std::memcpy(column + first, moved, (count_ - first) * sizeof(T));
 }
 
 void Reorganiser::gather_columns(CellStore& cells) {
@@ -121,10 +124,10 @@ void Reorganiser::gather_columns(CellStore& cells) {
   cells.each_column([&](auto& column) { add(column.data()); });
   for (std::uint32_t c = 0; c < cells.memory.channels(); ++c) add(cells.memory.row(c));
 
-  const unsigned parts = team_ == nullptr ? 1 : team_->parts(source_.size());
+  const unsigned parts = team_ == nullptr ? 1 : team_->parts(count_);
   scratch_.resize(std::max<std::size_t>(scratch_.size(), parts));
   for (auto& scratch : scratch_)
-    scratch.resize(std::max(scratch.size(), source_.size() * sizeof(std::uint64_t)));
+    scratch.resize(std::max(scratch.size(), count_ * sizeof(std::uint64_t)));
   // Wide columns come first and narrow ones last: deal them out in turn.
   const auto gather_some = [&](unsigned part) {
     for (std::size_t m = part; m < moves_.size(); m += parts)
@@ -134,154 +137,137 @@ void Reorganiser::gather_columns(CellStore& cells) {
   team_->run(parts, gather_some);
 }
 
-void Reorganiser::list_runs() {
-  runs_.clear();
-  std::uint32_t i = 0;
-  while (i < source_.size() && source_[i] == i) ++i;
-  for (; i < source_.size(); ++i) {
-    if (runs_.empty() || source_[i] != source_[i - 1] + 1) runs_.push_back({i, source_[i], 0});
-    ++runs_.back().count;
-  }
-}
-
 void Reorganiser::run(CellStore& cells, std::span<const std::uint8_t> remove) {
-  const std::uint32_t old_count = cells.size();
   const bool ordered = !cells.ranges.empty();
-  sort(cells, remove);
-  const auto count = static_cast<std::uint32_t>(source_.size());
-  new_index_.assign(old_count, gone);
-  share(team_, count, [this](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t i = begin; i < end; ++i) new_index_[source_[i]] = i;
-  });
-  if (ordered)
-    follow_order(cells);
-  else
-    sort_order(cells);
-
-  list_runs();
+  first_newborn_ = ordered ? cells.ranges.back().end : 0;
+  list_changes(cells, remove);
+  list_runs(cells);
+  list_new_index(cells.size());
+  if (!ordered) cells.order.clear();
+  follow_order(cells);
   gather_columns(cells);
-  cells.each_column([&](auto& column) { column.resize(source_.size()); });
-
+  cells.each_column([&](auto& column) { column.resize(count_); });
   list_ranges(cells);
-  cells.order.swap(next_order_);
-  cells.rank.resize(count);
-  share(team_, count, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t k = begin; k < end; ++k) cells.rank[cells.order[k]] = k;
-  });
 }
 
-void Reorganiser::sort(const CellStore& cells, std::span<const std::uint8_t> remove) {
+/// Who leaves its place; of these and the newborn, those that go to another, in order.
+void Reorganiser::list_changes(const CellStore& cells, std::span<const std::uint8_t> remove) {
+  leavers_.clear();
+  moved_.clear();
+  const auto remains = [&](std::uint32_t i) { return remove.empty() || remove[i] == 0; };
+  // Few leave: look at many at a time.
+  constexpr std::uint32_t many = 64;
+  for (const CellRange& range : cells.ranges)
+    for (std::uint32_t begin = range.begin; begin < range.end; begin += many) {
+      const std::uint32_t end = std::min(begin + many, range.end);
+      std::uint32_t any = 0;
+      for (std::uint32_t i = begin; i < end; ++i) any |= cells.state[i] ^ range.state;
+      if (!remove.empty())
+        for (std::uint32_t i = begin; i < end; ++i) any |= remove[i];
+      for (std::uint32_t i = begin; any != 0 && i < end; ++i) {
+        const bool changed = cells.state[i] != range.state;
+        if (changed || !remains(i)) leavers_.push_back(i);
+        if (changed && remains(i)) moved_.push_back(i);
+      }
+    }
+  for (std::uint32_t i = first_newborn_; i < cells.size(); ++i)
+    if (remains(i)) moved_.push_back(i);
+  only_removals_ = moved_.empty();
+  only_births_ = leavers_.empty() && moved_.size() == cells.size() - first_newborn_;
   const auto key = [&](std::uint32_t i) {
     return std::tuple(cells.organism[i], cells.state[i], cells.id[i]);
   };
-  const auto before = [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); };
-  const auto stays = [&](std::uint32_t i) { return remove.empty() || remove[i] == 0; };
+  std::sort(moved_.begin(), moved_.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+}
 
-  // Survivors still of their range's state stand in order; the others (newborn, specialized) are
-  // few: they are sorted and put between.
-  const std::uint32_t ranged = cells.ranges.empty() ? 0 : cells.ranges.back().end;
-  const unsigned parts = parts_of(team_, ranged);
-  std::array<Count, most_parts> counts{};
-  share_parts(team_, ranged, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
-    each_range(cells, begin, end, [&](const CellRange& range) {
-      for (std::uint32_t i = range.begin; i < range.end; ++i) {
-        const bool same = cells.state[i] == range.state;
-        counts[part].kept += stays(i) & same ? 1 : 0;
-        counts[part].others += stays(i) & !same ? 1 : 0;
-      }
-    });
-  });
-  moved_.clear();
-  std::uint32_t kept = 0;
-  for (unsigned part = 0; part < parts; ++part) {
-    const Stretch own = stretch(ranged, part, parts);
-    kept += std::exchange(counts[part].kept, kept);
-    if (counts[part].others == 0) continue;
-    each_range(cells, own.begin, own.end, [&](const CellRange& range) {
-      for (std::uint32_t i = range.begin; i < range.end; ++i)
-        if (stays(i) && cells.state[i] != range.state) moved_.push_back(i);
-    });
-  }
-  for (std::uint32_t i = ranged; i < cells.size(); ++i)
-    if (stays(i)) moved_.push_back(i);
+/// The first of the cells in ranges that come after `cell`.
+std::uint32_t Reorganiser::place_of(const CellStore& cells, std::uint32_t cell) const {
+  const std::pair key(cells.organism[cell], cells.state[cell]);
+  const auto range = std::ranges::lower_bound(
+      cells.ranges, key, {}, [](const CellRange& r) { return std::pair(r.organism, r.state); });
+  if (range == cells.ranges.end()) return first_newborn_;
+  if (std::pair(range->organism, range->state) != key) return range->begin;
+  const auto ids = cells.id.begin();
+  return static_cast<std::uint32_t>(
+      std::lower_bound(ids + range->begin, ids + range->end, cells.id[cell]) - ids);
+}
 
-  kept_.resize(kept);
-  share_parts(team_, ranged, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
-    std::uint32_t to = counts[part].kept;
-    const std::uint32_t last = part + 1 < parts ? counts[part + 1].kept : kept;
-    each_range(cells, begin, end, [&](const CellRange& range) {
-      for (std::uint32_t i = range.begin; i < range.end && to < last; ++i) {
-        kept_[to] = i;
-        to += stays(i) & (cells.state[i] == range.state) ? 1 : 0;
-      }
-    });
-  });
-
-  only_removals_ = moved_.empty();
-  first_newborn_ = ranged;
-  only_births_ = kept == ranged && moved_.size() == cells.size() - ranged;
-  if (only_removals_) return source_.swap(kept_);
-  std::sort(moved_.begin(), moved_.end(), before);
-  source_.clear();
-  auto from = kept_.begin();
+/// Those that stay, cell by cell as they stood, and in between those that move.
+void Reorganiser::list_runs(const CellStore& cells) {
+  runs_.clear();
+  count_ = 0;
+  const auto add = [this](std::uint32_t from, std::uint32_t count) {
+    const bool in_place = runs_.empty() && from == count_;
+    const bool longer = !runs_.empty() && runs_.back().from + runs_.back().count == from;
+    if (longer) runs_.back().count += count;
+    if (!longer && !in_place && count > 0) runs_.push_back({count_, from, count});
+    count_ += count;
+  };
+  Remaining remaining(leavers_);
   for (const std::uint32_t i : moved_) {
-    const auto to = std::lower_bound(from, kept_.end(), i, before);
-    source_.insert(source_.end(), from, to);
-    source_.push_back(i);
-    from = to;
+    remaining.until(place_of(cells, i), add);
+    add(i, 1);
   }
-  source_.insert(source_.end(), from, kept_.end());
+  remaining.until(first_newborn_, add);
 }
 
-void Reorganiser::follow_order(const CellStore& cells) {
-  // Whoever was there keeps the order; the newborn have the highest ids of their organism.
+void Reorganiser::list_new_index(std::uint32_t old_count) {
+  new_index_.resize(old_count);
+  const auto at = new_index_.begin();
+  for (const std::uint32_t i : leavers_) new_index_[i] = gone;
+  std::fill(at + first_newborn_, new_index_.end(), gone);
+  std::iota(at, at + (runs_.empty() ? count_ : runs_.front().to), 0u);
+  for (const Run& run : runs_) std::iota(at + run.from, at + run.from + run.count, run.to);
+}
+
+/// Whoever was in the order keeps it; the newborn have the highest ids of their organism.
+void Reorganiser::follow_order(CellStore& cells) {
   const auto old_count = static_cast<std::uint32_t>(cells.order.size());
-  newborn_.clear();
+  list_lost_ranks(cells);
   for (std::uint32_t i = old_count; i < cells.size(); ++i)
-    if (new_index_[i] != gone) newborn_.push_back(i);
-  std::sort(newborn_.begin(), newborn_.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tuple(cells.organism[a], cells.id[a]) < std::tuple(cells.organism[b], cells.id[b]);
-  });
-  next_order_.resize(source_.size());
-  const unsigned parts = parts_of(team_, old_count);
-  std::array<Count, most_parts> counts{};
-  if (parts > 1)
-    share_parts(team_, old_count, parts,
-                [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
-                  for (std::uint32_t k = begin; k < end; ++k)
-                    counts[part].kept += new_index_[cells.order[k]] != gone ? 1 : 0;
-                });
-  std::uint32_t kept = 0;
-  for (unsigned part = 0; part < parts; ++part) kept += std::exchange(counts[part].kept, kept);
+    if (new_index_[i] != gone) cells.order.push_back(i);
+  const auto key = [&](std::uint32_t i) { return std::pair(cells.organism[i], cells.id[i]); };
+  std::sort(cells.order.begin() + old_count, cells.order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
 
-  share_parts(team_, old_count, parts, [&](unsigned part, std::uint32_t begin, std::uint32_t end) {
-    // The newborn of an organism come before the first cell of a later one.
-    std::size_t newborn = 0;
-    const auto insert = [&](std::uint32_t& to, std::uint32_t below) {
-      for (; newborn < newborn_.size() && cells.organism[newborn_[newborn]] < below; ++newborn)
-        next_order_[to++] = new_index_[newborn_[newborn]];
-    };
-    if (begin > 0)
-      while (newborn < newborn_.size() &&
-             cells.organism[newborn_[newborn]] < cells.organism[cells.order[begin - 1]])
-        ++newborn;
-    std::uint32_t to = counts[part].kept + static_cast<std::uint32_t>(newborn);
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t i = cells.order[k];
-      insert(to, cells.organism[i]);
-      if (new_index_[i] != gone) next_order_[to++] = new_index_[i];
-    }
-    if (part + 1 == parts) insert(to, gone);
+  order_runs_.clear();
+  std::uint32_t to = 0;
+  const auto add = [&](std::uint32_t from, std::uint32_t count) {
+    if (count > 0) order_runs_.push_back({to, from, count});
+    to += count;
+  };
+  Remaining remaining(lost_ranks_);
+  for (std::uint32_t k = old_count; k < cells.order.size(); ++k) {
+    // Cells of an organism stand together, in storage as in this order.
+    const std::uint16_t organism = cells.organism[cells.order[k]];
+    const auto later = std::ranges::upper_bound(cells.ranges, organism, {}, &CellRange::organism);
+    remaining.until(later == cells.ranges.end() ? old_count : later->begin, add);
+    add(k, 1);
+  }
+  remaining.until(old_count, add);
+
+  next_order_.resize(count_);
+  cells.rank.resize(count_);
+  share(team_, count_, [&](std::uint32_t begin, std::uint32_t end) {
+    if (begin == end) return;
+    auto run = std::ranges::upper_bound(order_runs_, begin, {}, &Run::to) - 1;
+    for (std::uint32_t k = begin; k < end; ++run)
+      for (const std::uint32_t beyond = std::min(run->to + run->count, end); k < beyond; ++k) {
+        const std::uint32_t i = new_index_[cells.order[run->from + (k - run->to)]];
+        next_order_[k] = i;
+        cells.rank[i] = k;
+      }
   });
+  cells.order.swap(next_order_);
 }
 
-void Reorganiser::sort_order(const CellStore& cells) {
-  std::vector<std::uint32_t> canonical = source_;
-  std::sort(canonical.begin(), canonical.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tuple(cells.organism[a], cells.id[a]) < std::tuple(cells.organism[b], cells.id[b]);
-  });
-  next_order_.clear();
-  for (const std::uint32_t i : canonical) next_order_.push_back(new_index_[i]);
+/// Places in canonical order of those that are gone.
+void Reorganiser::list_lost_ranks(const CellStore& cells) {
+  lost_ranks_.clear();
+  for (const std::uint32_t i : leavers_)
+    if (new_index_[i] == gone) lost_ranks_.push_back(cells.rank[i]);
+  std::sort(lost_ranks_.begin(), lost_ranks_.end());
 }
 
 }  // namespace somas::model

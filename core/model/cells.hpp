@@ -118,22 +118,25 @@ class Reorganiser {
   [[nodiscard]] std::span<const std::uint32_t> new_index() const { return new_index_; }
 
  private:
-  void sort(const CellStore& cells, std::span<const std::uint8_t> remove);
-  void follow_order(const CellStore& cells);
-  void sort_order(const CellStore& cells);
-  void list_runs();
+  void list_changes(const CellStore& cells, std::span<const std::uint8_t> remove);
+  [[nodiscard]] std::uint32_t place_of(const CellStore& cells, std::uint32_t cell) const;
+  void list_runs(const CellStore& cells);
+  void list_new_index(std::uint32_t old_count);
+  void follow_order(CellStore& cells);
+  void list_lost_ranks(const CellStore& cells);
   template <class T>
   void gather(T* column, std::vector<std::byte>& scratch) const;
   void gather_columns(CellStore& cells);
 
-  std::vector<std::uint32_t> kept_, moved_, newborn_;
-  std::vector<std::uint32_t> source_, new_index_;  ///< old index of each new one, and back
-  std::vector<std::uint32_t> next_order_;
+  std::vector<std::uint32_t> leavers_, moved_, lost_ranks_;
+  std::uint32_t count_ = 0;  ///< of cells, when all is done
+  std::vector<std::uint32_t> new_index_, next_order_;
   /// Cells that stay side by side: `count` of them go from old to new places.
   struct Run {
     std::uint32_t to, from, count;
   };
-  std::vector<Run> runs_;  ///< of all from the first cell on that does not stay in place
+  std::vector<Run> runs_;        ///< of all from the first cell on that does not stay in place
+  std::vector<Run> order_runs_;  ///< of places in canonical order
   bool only_removals_ = false, only_births_ = false;
   std::uint32_t first_newborn_ = 0;  ///< they stood from there on
   /// A column, by its place among all, and what moves it.
