@@ -13,6 +13,10 @@ namespace somas::model {
 
 namespace {
 
+/// Squares behind the last one, of cells that ask for nothing: several, so that sums of what they
+/// ask for need not wait for each other.
+constexpr std::uint32_t squares_of_none = 8;
+
 const State& state_of(const WorldState& world, const CellRange& range) {
   return world.organisms[range.organism].phenotype->tree->states[range.state];
 }
@@ -126,7 +130,7 @@ void MetabolismSolver::prepare(const Step& step) {
   square_.resize(resources * count);
   square_demand_.resize(resources);
   for (std::size_t r = 0; r < resources; ++r)
-    square_demand_[r].resize(step.content(step.resources()[r]).size() + 1, 0.0);
+    square_demand_[r].resize(step.content(step.resources()[r]).size() + squares_of_none, 0.0);
   for (auto* column : {&room_, &offer_, &gift_, &accepted_, &gain_, &burnt_, &spent_, &lost_})
     column->resize(count);
 }
@@ -143,7 +147,7 @@ void MetabolismSolver::ask(const Step& step, const CellRange& range) {
     const double production = state.skill(resources[r].production_skill);
     const Grid grid{step.content(resources[r]),
                     step.ecosystem.schema().grids[resources[r].grid].spec};
-    const auto none = static_cast<std::int64_t>(grid.values.size());
+    const auto none = static_cast<std::uint32_t>(grid.values.size());
     double* demand = demand_.data() + r * cells.size();
     std::uint32_t* square = square_.data() + r * cells.size();
     // Squares in lanes, some at a time; then to where the cells stand in canonical order.
@@ -160,7 +164,7 @@ void MetabolismSolver::ask(const Step& step, const CellRange& range) {
         const bool asks = wanted[l] > 0 && at[l] >= 0;
         const std::uint32_t k = cells.rank[begin + l];
         demand[k] = asks ? wanted[l] : 0.0;
-        square[k] = static_cast<std::uint32_t>(asks ? at[l] : none);
+        square[k] = asks ? static_cast<std::uint32_t>(at[l]) : none + k % squares_of_none;
       }
     }
   }
@@ -186,7 +190,7 @@ void MetabolismSolver::take_up(const Step& step, const CellRange& range) {
     for (std::uint32_t i = range.begin; i < range.end; ++i) {
       const std::size_t k = cells.rank[i];
       const std::uint32_t square = square_[k];
-      if (square == content.size()) continue;
+      if (square >= content.size()) continue;
       const double held = content[square], asked = square_demand_[0][square];
       bad |= !(held >= 0);
       if (asked > held) demand_[k] = demand_[k] * (held / asked);
@@ -202,7 +206,7 @@ void MetabolismSolver::take_up(const Step& step, const CellRange& range) {
     for (std::size_t r = 0; r < resources.size(); ++r) {
       const std::vector<double>& content = step.content(resources[r]);
       const std::uint32_t square = square_[r * cells.size() + k];
-      if (square == content.size()) continue;
+      if (square >= content.size()) continue;
       double& demand = demand_[r * cells.size() + k];
       const double asked = square_demand_[r][square];
       bad |= !(content[square] >= 0);
@@ -326,7 +330,7 @@ void MetabolismSolver::empty_squares(const Step& step) {
   const std::size_t count = step.world.cells.size();
   const auto empty = [](std::vector<double>& content, std::vector<double>& asked,
                         std::uint32_t square, double taken) {
-    if (square == content.size()) return;
+    if (square >= content.size()) return;
     content[square] = std::max(0.0, content[square] - taken);
     asked[square] = 0;
   };

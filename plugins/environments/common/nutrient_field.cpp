@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "somas/sdk/workers.hpp"
@@ -14,6 +15,23 @@ namespace {
 constexpr std::uint32_t least_patches = 16384, least_cells = 2048;
 /// What is looked up together.
 constexpr std::uint32_t most_cells = 128;
+
+/// Patches that are full are the most, and stand together: those are not written. In a large world
+/// memory is all that this waits for.
+template <class Capacity>
+void grow(double* content, std::uint32_t begin, std::uint32_t end, double growth,
+          const Capacity& capacity) {
+  constexpr std::uint32_t many = 32;
+  while (begin < end) {
+    const std::uint32_t stop = std::min(begin + many, end);
+    std::uint64_t missing = 0;
+    for (std::uint32_t i = begin; i < stop; ++i)
+      missing |= std::bit_cast<std::uint64_t>(content[i]) ^ std::bit_cast<std::uint64_t>(capacity(i));
+    for (std::uint32_t i = begin; missing != 0 && i < stop; ++i)
+      content[i] = std::min(content[i] + growth, capacity(i));
+    begin = stop;
+  }
+}
 
 }  // namespace
 
@@ -42,6 +60,8 @@ void NutrientField::declare(Declare& declare, const PatchParameters& parameters,
   for (std::size_t i = 0; i < capacity_.size(); ++i)
     capacity_[i] =
         region.contains(layout.centre_x(i), layout.centre_y(i)) ? parameters.capacity : 0;
+  const double least = *std::min_element(capacity_.begin(), capacity_.end());
+  everywhere_ = least == parameters.capacity ? parameters.capacity : 0;
   if (std::all_of(capacity_.begin(), capacity_.end(), [](double c) { return c == 0; }))
     throw ParameterError(region.shape == Region::Shape::disc ? "radius" : "half_side",
                          "the region is too small: no patch has its centre inside");
@@ -63,8 +83,11 @@ void NutrientField::regenerate(World& world) const {
   const double growth = world.parameter(regeneration_);
   const auto patches = static_cast<std::uint32_t>(capacity_.size());
   share_work(world, patches, least_patches, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      grid.values[i] = std::min(grid.values[i] + growth, capacity_[i]);
+    const double* capacity = capacity_.data();
+    if (const double same = everywhere_; same > 0)
+      grow(grid.values.data(), begin, end, growth, [=](std::uint32_t) { return same; });
+    else
+      grow(grid.values.data(), begin, end, growth, [=](std::uint32_t i) { return capacity[i]; });
   });
 }
 
@@ -88,7 +111,7 @@ void NutrientField::sense(const Grid& grid, const Cells& cells, std::span<float>
   for (std::uint32_t i = 0; i < count; ++i) patch[i] = grid.index_of(x[i], y[i]);
   for (std::uint32_t i = 0; i < count; ++i) {
     content[i] = patch[i] < 0 ? 0 : grid.values[patch[i]];
-    capacity[i] = patch[i] < 0 ? 0 : capacity_[patch[i]];
+    capacity[i] = patch[i] < 0 ? 0 : everywhere_ > 0 ? everywhere_ : capacity_[patch[i]];
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     const double share = content[i] / capacity[i];

@@ -62,6 +62,7 @@ class NutrientField {
              std::uint32_t count) const;
 
   std::vector<double> capacity_;  ///< of each patch; 0 outside the region
+  double everywhere_ = 0;         ///< the capacity, where all patches have the same
   Id grid_ = no_id;
   Id sensor_ = no_id;
   Id regeneration_ = no_id;
