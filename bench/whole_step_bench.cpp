@@ -1,9 +1,12 @@
 // The whole step at sizes from a small body to a million cells: what a cell-step costs, and that
 // the cost does not grow with the world.
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "bench/colonies.hpp"
@@ -134,18 +137,41 @@ class LeastTimes {
   double cell_steps_ = 0;
 };
 
+/// How long, in ns, two threads take to hand a line of the cache over and back: much longer where
+/// their processors have no cache in common than where they have one.
+double round_trip() {
+  constexpr int trips = 20'000;
+  alignas(64) std::atomic<int> line = 0;
+  const auto pass_on = [&](int first) {
+    for (int trip = first; trip < 2 * trips; trip += 2) {
+      while (line.load(std::memory_order_acquire) != trip) continue;
+      line.store(trip + 1, std::memory_order_release);
+    }
+  };
+  std::thread other(pass_on, 1);
+  const auto start = std::chrono::steady_clock::now();
+  pass_on(0);
+  other.join();
+  const std::chrono::duration<double, std::nano> time = std::chrono::steady_clock::now() - start;
+  return time.count() / trips;
+}
+
 // A few steps by one thread, then by several that share the world, and so on in turn.
 void whole_step_shared(benchmark::State& state) {
   measure(state, [&] {
     Colonies& world = colonies_of(static_cast<std::uint32_t>(state.range(0)));
     model::Team team(static_cast<unsigned>(state.range(1)));
     LeastTimes alone, shared;
+    std::vector<double> trips;
     for (auto _ : state) {
       alone.measure(world, nullptr);
       world.rewind();
       shared.measure(world, &team);
       world.rewind();
+      trips.push_back(round_trip());
     }
+    std::ranges::nth_element(trips, trips.begin() + trips.size() / 2);
+    state.counters["ns:round_trip"] = trips[trips.size() / 2];
     state.counters["ns:one_thread"] = alone.of_all();
     state.counters["ns:shared"] = shared.of_all();
     state.counters["speedup"] = alone.of_all() / shared.of_all();

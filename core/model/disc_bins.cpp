@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace somas::model {
 
@@ -102,27 +103,58 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
     put(i, discs[i], range, error, start_[bin_of_[i] + 1]++);
 }
 
+/// Bins that follow each other are one part's: it alone puts discs there, those that the parts have
+/// dealt to it, one part's after another's.
 void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double error,
                              unsigned parts) {
   const auto count = static_cast<std::uint32_t>(discs.size());
-  counts_.reset(parts, columns_ * rows_);
-  const auto count_bins = [&](unsigned part) {
+  const std::uint64_t bins = std::uint64_t{columns_} * rows_;
+  const std::uint64_t per_bin = (std::uint64_t{parts} << 32) / bins;
+  const auto first_bin = [&](std::uint64_t part) {
+    return std::min(bins, ((part << 32) + per_bin - 1) / per_bin);
+  };
+  start_.resize(bins + 2);
+  dealt_.resize(count);
+  // A line of the cache for each part at least.
+  const std::size_t stride = (parts + 2 + 15) / 16 * 16;
+  dealt_start_.assign(parts * stride, 0);
+
+  // Counts stand two places on, as above.
+  const auto deal = [&](unsigned part) {
     const Stretch own = stretch(count, part, parts);
-    std::uint32_t* counts = counts_.begin(part);
+    std::uint32_t* start = &dealt_start_[part * stride];
     for (std::uint32_t i = own.begin; i < own.end; ++i) {
       bin_of_[i] = bin_of(discs[i]);
-      ++counts[bin_of_[i]];
+      ++start[(bin_of_[i] * per_bin >> 32) + 2];
     }
-  };
-  team_->run(parts, count_bins);
-  counts_.to_places(team_, start_);
-  const auto place = [&](unsigned part) {
-    const Stretch own = stretch(count, part, parts);
-    std::uint32_t* places = counts_.of(part);
+    start[0] = start[1] = own.begin;
+    for (unsigned p = 2; p < parts + 2; ++p) start[p] += start[p - 1];
     for (std::uint32_t i = own.begin; i < own.end; ++i)
-      put(i, discs[i], range, error, places[bin_of_[i]]++);
+      dealt_[start[(bin_of_[i] * per_bin >> 32) + 1]++] = i;
+  };
+  team_->run(parts, deal);
+
+  const auto place = [&](unsigned part) {
+    const std::uint64_t begin = first_bin(part),
+                        end = part + 1 < parts ? first_bin(part + 1) : bins;
+    const auto each_disc = [&](auto&& visit) {
+      for (unsigned from = 0; from < parts; ++from) {
+        const std::uint32_t* start = &dealt_start_[from * stride];
+        for (std::uint32_t k = start[part]; k < start[part + 1]; ++k) visit(dealt_[k]);
+      }
+    };
+    std::uint32_t next = 0;
+    for (unsigned from = 0; from < parts; ++from)
+      next += dealt_start_[from * stride + part] - dealt_start_[from * stride];
+    // The counts of a part stand one place on, so that they are in nobody else's way.
+    std::uint32_t* const place_of = start_.data() + 1;
+    std::fill(place_of + begin, place_of + end, 0u);
+    each_disc([&](std::uint32_t i) { ++place_of[bin_of_[i]]; });
+    for (std::uint64_t b = begin; b < end; ++b) next += std::exchange(place_of[b], next);
+    each_disc([&](std::uint32_t i) { put(i, discs[i], range, error, place_of[bin_of_[i]]++); });
   };
   team_->run(parts, place);
+  start_.front() = 0;
 }
 
 }  // namespace somas::model

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/model/lanes.hpp"
-#include "core/model/parted_counts.hpp"
+#include "core/model/team.hpp"
 
 namespace somas::model {
 
@@ -72,8 +72,10 @@ class DiscBins {
   std::vector<std::uint32_t> bin_of_, start_, items_;
   std::vector<float> x_, y_, reach_;
   Team* team_ = nullptr;
-  std::vector<Bounds> bounds_;  ///< by part
-  PartedCounts counts_;
+  // By part:
+  std::vector<Bounds> bounds_;
+  std::vector<std::uint32_t> dealt_;        ///< its discs, by the part that has their bins
+  std::vector<std::uint32_t> dealt_start_;  ///< where those of each part begin
 };
 
 }  // namespace somas::model

@@ -166,6 +166,15 @@ TEST(Chance, ComesTrueAsOftenAsAsked) {
   }
 }
 
+TEST(Rng, StreamOfAnotherEntityIsThatOfItsName) {
+  Rng one(3, 5, 7, 11, 13);
+  one.bits();
+  Rng other = one.of(17), named(3, 5, 7, 11, 17);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(other.bits(), named.bits());
+  Rng again = one.of(13), first(3, 5, 7, 11, 13);
+  EXPECT_EQ(again.bits(), first.bits()) << "from its beginning";
+}
+
 TEST(Normal, HasTheMomentsAndTailsOfAStandardNormal) {
   Rng rng(13, 0, 0, 0, 0);
   const int n = 200000;

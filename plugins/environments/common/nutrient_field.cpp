@@ -26,7 +26,8 @@ void grow(double* content, std::uint32_t begin, std::uint32_t end, double growth
     const std::uint32_t stop = std::min(begin + many, end);
     std::uint64_t missing = 0;
     for (std::uint32_t i = begin; i < stop; ++i)
-      missing |= std::bit_cast<std::uint64_t>(content[i]) ^ std::bit_cast<std::uint64_t>(capacity(i));
+      missing |=
+          std::bit_cast<std::uint64_t>(content[i]) ^ std::bit_cast<std::uint64_t>(capacity(i));
     for (std::uint32_t i = begin; missing != 0 && i < stop; ++i)
       content[i] = std::min(content[i] + growth, capacity(i));
     begin = stop;

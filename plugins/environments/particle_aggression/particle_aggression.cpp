@@ -24,9 +24,19 @@ struct ParticleAggression::Particles {
 
 /// Uniform numbers, three for each particle: its place on the circle, and where it is headed for.
 struct ParticleAggression::Draws {
-  static constexpr std::size_t most = 128;
-  std::size_t count = 0;
+  static constexpr std::uint32_t most = 128;
+  std::uint32_t count = 0;
   std::array<double, most> turn, u, v;
+
+  /// Those of the particles from number `first` on.
+  void draw(const Rng& rng, std::uint64_t first) {
+    for (std::uint32_t d = 0; d < count; ++d) {
+      Rng own = rng.of(first + d);
+      turn[d] = own.uniform();
+      u[d] = own.uniform();
+      v[d] = own.uniform();
+    }
+  }
 };
 
 namespace {
@@ -38,6 +48,8 @@ constexpr std::size_t block_size = 4096;
 constexpr std::size_t blocks_per_thread = 8;
 /// Cells that are worth a thread that looks for their bounds.
 constexpr std::uint32_t many_cells = 20000;
+/// Particles that are worth a thread that launches them.
+constexpr std::uint32_t many_launched = 500;
 /// Particles that move to others' places and are worth a thread for each of two columns.
 constexpr std::size_t many_fills = 2000;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
@@ -132,27 +144,28 @@ void ParticleAggression::emit(World& world) const {
 
   // A particle's chance hangs on its number alone.
   double& serial = world.scalar(serial_);
+  const auto first_number = static_cast<std::uint64_t>(serial);
+  const std::uint32_t launched = table.rows() - old_rows;
+  serial += launched;
+  const Rng rng = world.rng(purpose_, first_number);
   const Particles p(table);
-  std::fill(p.energy.begin() + old_rows, p.energy.end(), parameters_.energy);
-  Draws draws;
-  for (std::size_t i = old_rows; i < table.rows(); i += draws.count) {
-    draws.count = std::min(Draws::most, table.rows() - i);
-    for (std::size_t d = 0; d < draws.count; ++d, serial += 1) {
-      Rng rng = world.rng(purpose_, static_cast<std::uint64_t>(serial));
-      draws.turn[d] = rng.uniform();
-      draws.u[d] = rng.uniform();
-      draws.v[d] = rng.uniform();
+  share_work(world, launched, many_launched, [&](std::uint32_t begin, std::uint32_t end) {
+    Draws draws;
+    for (; begin < end; begin += draws.count) {
+      draws.count = std::min(Draws::most, end - begin);
+      draws.draw(rng, first_number + begin);
+      launch(p, old_rows + begin, draws);
     }
-    launch(p, i, draws);
-  }
+  });
 }
 
 /// Puts particles from `i` on onto the circle at even angles, headed for points near the centre.
 void ParticleAggression::launch(const Particles& p, std::size_t i, const Draws& draws) const {
   const double radius = spawn_radius_, spread = parameters_.aim_spread, speed = parameters_.speed;
+  std::fill_n(&p.energy[i], draws.count, parameters_.energy);
   double *x = &p.x[i], *y = &p.y[i], *vx = &p.vx[i], *vy = &p.vy[i];
   // Branches on nothing: in lanes.
-  for (std::size_t d = 0; d < draws.count; ++d) {
+  for (std::uint32_t d = 0; d < draws.count; ++d) {
     const math::SinCos angle = math::sincos(math::two_pi * draws.turn[d]);
     const auto [aim_x, aim_y] = Rng::normals_of(draws.u[d], draws.v[d]);
     x[d] = radius * angle.cos;
