@@ -59,8 +59,8 @@ void DiscBins::lay_out(const Bounds& bounds, std::size_t count, double range) {
   const double most_bins = 4.0 * static_cast<double>(count) + 1024;
   side_ = (1 + 1e-9) * std::max({2.0 * widest_, std::max(width, height) / most_bins,
                                  std::sqrt(width * height / most_bins)});
-  columns_ = static_cast<std::uint32_t>(width / side_) + 1;
-  rows_ = static_cast<std::uint32_t>(height / side_) + 1;
+  columns_ = static_cast<std::uint32_t>(width / side_) + 2;
+  rows_ = static_cast<std::uint32_t>(height / side_) + 2;
   coarse_ = rounding * std::max(width, height) > coarse_error;
 }
 

@@ -27,7 +27,8 @@ class DiscBins {
   void sort(std::span<const Disc> discs, double range);
 
   /// The grid: bins of this side, at least twice the greatest reach, row by row from the lower
-  /// left corner.
+  /// left corner. The last column and the last row are empty, so that bins beside each other are
+  /// neighbours, or one of them is empty.
   [[nodiscard]] double left() const { return left_; }
   [[nodiscard]] double bottom() const { return bottom_; }
   [[nodiscard]] double side() const { return side_; }
@@ -42,6 +43,7 @@ class DiscBins {
 
   /// Of bin b: places start(b) .. start(b + 1) of the columns. Bins of a row follow each other.
   [[nodiscard]] std::uint32_t start(std::size_t bin) const { return start_[bin]; }
+  [[nodiscard]] std::uint32_t bin_of(std::uint32_t disc) const { return bin_of_[disc]; }
   /// Columns, with room to read eight at a time: which disc, its centre from the lower left corner,
   /// and its reach, widened by the error of all three.
   [[nodiscard]] const std::uint32_t* items() const { return items_.data(); }

@@ -128,7 +128,7 @@ void NeighbourPairs::build(std::span<const Body> bodies, double range, double sk
     find_in_parts(parts);
   } else {
     found_[0].count = 0;
-    find(0, bins_.rows(), found_[0]);
+    find(0, count, found_[0]);
     count_ = found_[0].count;
     sort(found_[0]);
   }
@@ -137,30 +137,23 @@ void NeighbourPairs::build(std::span<const Body> bodies, double range, double sk
   indexed_ = false;
 }
 
-void NeighbourPairs::find(std::uint32_t first_row, std::uint32_t end_row, Found& found) const {
-  for (std::uint32_t row = first_row; row < end_row; ++row)
-    for (std::uint32_t column = 0; column < bins_.columns(); ++column)
-      find_of_bin(row, column, found);
-}
-
-void NeighbourPairs::find_of_bin(std::uint32_t row, std::uint32_t column, Found& found) const {
-  const std::uint32_t columns = bins_.columns(), bin = row * columns + column;
-  const std::uint32_t left = std::min(column, 1u);
-  const std::uint32_t right = std::min(column + 1, columns - 1) - column;
-  // Half of the bins around: the other half finds its pairs with this one by itself.
-  const std::uint32_t end = bins_.start(bin + right + 1);
-  const bool top = row + 1 == bins_.rows();
-  const std::uint32_t above_begin = top ? 0 : bins_.start(bin + columns - left);
-  const std::uint32_t above_end = top ? 0 : bins_.start(bin + columns + right + 1);
-  for (std::uint32_t k = bins_.start(bin); k < bins_.start(bin + 1); ++k) {
+/// Those of the bodies at places [begin, end) in the bins with others at later places.
+void NeighbourPairs::find(std::uint32_t begin, std::uint32_t end, Found& found) const {
+  const std::uint32_t columns = bins_.columns();
+  for (std::uint32_t k = begin; k < end; ++k) {
+    // Half of the bins around: the other half finds its pairs with this one by itself.
+    const std::uint32_t bin = bins_.bin_of(bins_.items()[k]);
+    const std::uint32_t beside_end = bins_.start(bin + 2);
+    const std::uint32_t above_begin = bins_.start(bin + columns - 1);
+    const std::uint32_t above_end = bins_.start(bin + columns + 2);
     // Room for all, and for the last eight written.
-    const std::size_t room = found.count + (end - k) + (above_end - above_begin) + 16;
+    const std::size_t room = found.count + (beside_end - k) + (above_end - above_begin) + 16;
     if (found.first.size() < room) {
       found.first.resize(2 * room);
       found.second.resize(2 * room);
     }
     const std::size_t before = found.count;
-    collect(k, k + 1, end, found);
+    collect(k, k + 1, beside_end, found);
     collect(k, above_begin, above_end, found);
     if (bins_.coarse()) drop_distant(before, found);
   }
@@ -234,17 +227,11 @@ void NeighbourPairs::find_in_parts(unsigned parts) {
   const auto count = static_cast<std::uint32_t>(built_.size());
   if (found_.size() < parts) found_.resize(parts);
   counts_.reset(parts, count);
-  // Rows of bins with as many bodies for each part.
-  const auto row_of = [&](unsigned part) {
-    const std::uint32_t before = stretch(count, part, parts).begin;
-    std::uint32_t row = part == parts ? bins_.rows() : 0;
-    while (row < bins_.rows() && bins_.start(std::size_t{row} * bins_.columns()) < before) ++row;
-    return row;
-  };
   const auto find_some = [&](unsigned part) {
+    const Stretch own = stretch(count, part, parts);
     Found& found = found_[part];
     found.count = 0;
-    find(row_of(part), row_of(part + 1), found);
+    find(own.begin, own.end, found);
     std::uint32_t* counts = counts_.begin(part);
     for (std::size_t p = 0; p < found.count; ++p) ++counts[found.first[p]];
   };

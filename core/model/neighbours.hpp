@@ -72,8 +72,7 @@ class NeighbourPairs {
     std::size_t count = 0;
     std::vector<std::uint32_t> first, second;
   };
-  void find(std::uint32_t first_row, std::uint32_t end_row, Found& found) const;
-  void find_of_bin(std::uint32_t row, std::uint32_t column, Found& found) const;
+  void find(std::uint32_t begin, std::uint32_t end, Found& found) const;
   void collect(std::uint32_t k, std::uint32_t begin, std::uint32_t end, Found& found) const;
   void drop_distant(std::size_t from, Found& found) const;
   void sort(const Found& found);
