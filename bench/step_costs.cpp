@@ -19,8 +19,9 @@ constexpr double pair_of_indices = 8;
 /// The sum of radii and the spring of a pair of different kinds: five doubles.
 constexpr double pair_constants = 40;
 
-/// NutrientField::regenerate: an addition and a minimum; content there and back, capacity.
-Work of_patch() { return {.flops64 = 2, .bytes = 24}; }
+/// NutrientField::regenerate: a comparison with what all patches hold at most; content in. Most are
+/// full, which is all that is done to them.
+Work of_patch() { return {.flops64 = 1, .bytes = 8}; }
 /// NutrientField::sense: patch of (x, y), content / capacity to a float.
 Work sense_nutrients() { return {.flops64 = 2, .divisions64 = 3, .bytes = 16 + 16 + 4}; }
 
@@ -61,13 +62,12 @@ Work each_cell_of_the_cycle() { return {.bytes = 8 + 2 + 2 + 1 + 8}; }
 Work choice() { return {.flops32 = 5 * 4, .bytes = 5 * 4 + 1 + 2 + 4}; }
 /// radius = r sqrt(1 + done / steps).
 Work growth() { return {.flops64 = 3, .divisions64 = 1, .roots64 = 1, .bytes = 8}; }
-/// Reorganiser::run without its columns: kept, source twice, new_index twice, order there and back,
-/// rank twice, state, organism.
-constexpr double places_bytes = 4 + 8 + 8 + 8 + 8 + 4;
-/// After births and changes of state: columns go to a scratch area and back. Half of the cells
-/// stand behind the first that moves.
+/// Reorganiser::run without its columns: state, new_index out and in, order there and back, rank.
+constexpr double places_bytes = 2 + 8 + 8 + 4;
+/// After births columns move towards the back in place. (After changes of state they go to a
+/// scratch area and back.) Half of the cells stand behind the first that moves.
 Work storage_after_births(const Items& n) {
-  return {.bytes = 0.5 * 4 * n.column_bytes + places_bytes};
+  return {.bytes = 0.5 * 2 * n.column_bytes + places_bytes};
 }
 /// After deaths they move up in place; then the contacts follow.
 Work storage_after_deaths(const Items& n) {
@@ -156,9 +156,9 @@ Work to_and_fro() {
 }
 
 /// ParticleAggression::advance, a particle: its next place (2), bounds of its path (4) against
-/// those of all cells (4), beyond and outwards (8). x, y, vx, vy, energy in; x and y out; vx, vy,
-/// energy move up.
-Work particle() { return {.flops64 = 2 + 4 + 4 + 8, .bytes = 40 + 16 + 24}; }
+/// those of all cells (4), beyond and outwards (8). x, y, vx, vy in; x and y out. Those that leave,
+/// and the last ones that take their places, are few.
+Work particle() { return {.flops64 = 2 + 4 + 4 + 8, .bytes = 32 + 16}; }
 /// HitFinder::prepare, a cell: bounds (5), bin (2 divisions), a disc of floats (5); x, y, radius
 /// twice, bin there and back, index, disc there and back.
 Work cell_into_bins() { return {.flops64 = 10, .divisions64 = 2, .bytes = 48 + 8 + 4 + 32}; }
