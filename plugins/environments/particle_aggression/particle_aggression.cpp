@@ -345,23 +345,13 @@ void ParticleAggression::advance(const Particles& p, const Box& inhabited, Block
     const FourMask across = ((x0 >= left) | (x >= left)) & ((x0 <= right) | (x <= right));
     const FourMask up = ((y0 >= bottom) | (y >= bottom)) & ((y0 <= top) | (y <= top));
     const std::uint32_t near = bits_of(across & up);
-    if (near == 0) return;
     Four rows[4];
     transpose({x0, y0, x, y}, rows);
     static_assert(sizeof(Segment) == sizeof(Four));
-    const auto list = [&](std::size_t lane, std::size_t place) __attribute__((always_inline)) {
-      nears[place] = static_cast<std::uint32_t>(k + lane);
-      std::memcpy(&near_paths[place], &rows[lane], sizeof(Segment));
-    };
-    if (some == 4 && near == 0b1111) {
-      const std::size_t place = near_count;
-      list(0, place), list(1, place + 1), list(2, place + 2), list(3, place + 3);
-      near_count += 4;
-      return;
-    }
     // All are written down; the next one takes the place of who is far off.
     const auto pick = [&](std::size_t lane) __attribute__((always_inline)) {
-      list(lane, near_count);
+      nears[near_count] = static_cast<std::uint32_t>(k + lane);
+      std::memcpy(&near_paths[near_count], &rows[lane], sizeof(Segment));
       near_count += (near >> lane) & 1;
     };
     pick(0);
