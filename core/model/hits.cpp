@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/model/compress.hpp"
 #include "core/model/lanes.hpp"
 
 namespace somas::model {
@@ -23,6 +24,8 @@ constexpr double short_half = 0.16;
 constexpr std::uint32_t longest_grid = 1 << 15;
 /// Paths that are looked up in the marks together, and paths searched for together.
 constexpr std::size_t most_looked_up = 512, most_searched = 32;
+/// More than are in a near cache.
+constexpr std::size_t many_bodies = 4000;
 /// Rows of bins whose discs are asked for early: all of a short path.
 constexpr std::uint32_t rows_fetched = 3;
 
@@ -73,18 +76,15 @@ struct HitFinder::Search {
     float x, y, radius;
     std::array<std::uint32_t, rows_fetched> discs;  ///< where the discs of the first rows begin
   };
-  /// A cell that a path may meet.
-  struct Candidate {
-    std::uint32_t path, place;
-  };
-
   std::size_t count = 0;
   std::array<Segment, most_searched> paths;
   std::array<Window, most_searched> windows;
   std::array<std::uint32_t, most_searched> best;
   std::array<double, most_searched> best_distance;
+  // Cells that paths may meet, and whose paths.
+  static constexpr std::size_t most_candidates = 128;
   std::size_t candidate_count = 0;
-  std::array<Candidate, 128> candidates;
+  std::array<std::uint32_t, most_candidates> candidates, candidate_paths;
 };
 
 void HitFinder::prepare(std::span<const Body> bodies, const DiscBins& bins,
@@ -302,19 +302,26 @@ void HitFinder::list_candidates(Search& search, std::uint32_t path) const {
       reach += window.radius;
       const EightMask near =
           (dx * dx + dy * dy <= reach * reach) & (lanes < static_cast<std::int32_t>(end - k));
-      if (search.candidate_count > search.candidates.size() - 8) meet_candidates(search);
-      for (std::uint32_t set = bits_of(near); set != 0; set &= set - 1) {
-        const std::uint32_t place =
-            bins_->items()[k + static_cast<std::uint32_t>(std::countr_zero(set))];
-        __builtin_prefetch(&bodies_[place]);
-        search.candidates[search.candidate_count++] = {path, place};
-      }
+      if (search.candidate_count > Search::most_candidates - 8) meet_candidates(search);
+      // All eight are written; the next ones take the places of those that are too far off.
+      const std::uint32_t set = bits_of(near);
+      EightItems places;
+      std::memcpy(&places, bins_->items() + k, sizeof places);
+      compress(set, places);
+      const EightItems paths = path + EightItems{};
+      std::memcpy(&search.candidates[search.candidate_count], &places, sizeof places);
+      std::memcpy(&search.candidate_paths[search.candidate_count], &paths, sizeof paths);
+      search.candidate_count += static_cast<std::size_t>(std::popcount(set));
     }
   }
 }
 
 void HitFinder::meet_candidates(Search& search) const {
-  for (const auto [path, place] : std::span(search.candidates).first(search.candidate_count)) {
+  const std::size_t count = search.candidate_count;
+  if (bodies_.size() > many_bodies)
+    for (std::size_t c = 0; c < count; ++c) __builtin_prefetch(&bodies_[search.candidates[c]]);
+  for (std::size_t c = 0; c < count; ++c) {
+    const std::uint32_t path = search.candidate_paths[c], place = search.candidates[c];
     const Body& body = bodies_[place];
     const double t = meeting(search.paths[path], body.x, body.y, body.radius);
     std::uint32_t& best = search.best[path];

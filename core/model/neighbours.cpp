@@ -7,29 +7,13 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/model/compress.hpp"
+
 namespace somas::model {
 
 namespace {
 
-/// For each set of eight lanes, these first.
-alignas(32) constexpr auto lanes_first = [] {
-  std::array<std::array<std::uint32_t, 8>, 256> table{};
-  for (std::size_t set = 0; set < 256; ++set) {
-    std::size_t to = 0;
-    for (std::uint32_t lane = 0; lane < 8; ++lane)
-      if ((set >> lane & 1) != 0) table[set][to++] = lane;
-  }
-  return table;
-}();
-
 constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
-
-/// Moves those of eight items whose lanes are set to the front.
-inline void compress(std::uint32_t set, EightItems& items) {
-  EightItems from;
-  std::memcpy(&from, lanes_first[set].data(), sizeof from);
-  items = __builtin_shuffle(items, from);
-}
 
 /// A layer of a sorting network: of a lane and its partner, whose partner it is, the lower one gets
 /// the lower item.
