@@ -77,6 +77,7 @@ inline void DiscBins::put(std::uint32_t item, const Disc& disc, double range, do
                           std::uint32_t at) {
   const double reach = range * disc.radius + disc.margin;
   items_[at] = item;
+  bin_at_[at] = bin_of_[item];
   x_[at] = static_cast<float>(disc.x - left_);
   y_[at] = static_cast<float>(disc.y - bottom_);
   reach_[at] = static_cast<float>(reach * (1 + 4 * rounding) + error);
@@ -89,6 +90,7 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
   per_length_ = 1.0 / side_;
   const double error = rounding * side_ * (columns_ + rows_);
   bin_of_.resize(count);
+  bin_at_.resize(count);
   items_.resize(count + 8);
   for (auto* column : {&x_, &y_, &reach_}) column->resize(count + 8);
   if (parts > 1) return sort_in_parts(discs, range, error, parts);

@@ -43,7 +43,8 @@ class DiscBins {
 
   /// Of bin b: places start(b) .. start(b + 1) of the columns. Bins of a row follow each other.
   [[nodiscard]] std::uint32_t start(std::size_t bin) const { return start_[bin]; }
-  [[nodiscard]] std::uint32_t bin_of(std::uint32_t disc) const { return bin_of_[disc]; }
+  /// The bin that a place of the columns belongs to.
+  [[nodiscard]] std::uint32_t bin_at(std::uint32_t place) const { return bin_at_[place]; }
   /// Columns, with room to read eight at a time: which disc, its centre from the lower left corner,
   /// and its reach, widened by the error of all three.
   [[nodiscard]] const std::uint32_t* items() const { return items_.data(); }
@@ -71,7 +72,7 @@ class DiscBins {
   double left_ = 0, bottom_ = 0, side_ = 1, per_length_ = 1, widest_ = 0;
   std::uint32_t columns_ = 0, rows_ = 0;
   bool coarse_ = false;
-  std::vector<std::uint32_t> bin_of_, start_, items_;
+  std::vector<std::uint32_t> bin_of_, bin_at_, start_, items_;
   std::vector<float> x_, y_, reach_;
   Team* team_ = nullptr;
   // By part:

@@ -126,7 +126,7 @@ void NeighbourPairs::find(std::uint32_t begin, std::uint32_t end, Found& found) 
   const std::uint32_t columns = bins_.columns();
   for (std::uint32_t k = begin; k < end; ++k) {
     // Half of the bins around: the other half finds its pairs with this one by itself.
-    const std::uint32_t bin = bins_.bin_of(bins_.items()[k]);
+    const std::uint32_t bin = bins_.bin_at(k);
     const std::uint32_t beside_end = bins_.start(bin + 2);
     const std::uint32_t above_begin = bins_.start(bin + columns - 1);
     const std::uint32_t above_end = bins_.start(bin + columns + 2);

@@ -29,7 +29,7 @@ std::vector<Disc> scattered(Dice& dice, int count) {
 }
 
 struct Sorted {
-  std::vector<std::uint32_t> start, items;
+  std::vector<std::uint32_t> start, items, bins;
   std::vector<std::uint32_t> x, y, reach;  ///< as bits: some are no numbers
   bool operator==(const Sorted&) const = default;
 };
@@ -40,6 +40,7 @@ Sorted sorted(const DiscBins& bins, std::size_t count) {
     all.start.push_back(bins.start(b));
   all.items.assign(bins.items(), bins.items() + count);
   for (std::size_t k = 0; k < count; ++k) {
+    all.bins.push_back(bins.bin_at(static_cast<std::uint32_t>(k)));
     all.x.push_back(std::bit_cast<std::uint32_t>(bins.x()[k]));
     all.y.push_back(std::bit_cast<std::uint32_t>(bins.y()[k]));
     all.reach.push_back(std::bit_cast<std::uint32_t>(bins.reach()[k]));
@@ -63,6 +64,7 @@ TEST(DiscBins, HoldEveryDiscOnceInOrderWithinABin) {
         if (k > all.start[bin]) {
           ASSERT_LT(all.items[k - 1], all.items[k]);
         }
+        ASSERT_EQ(bins.bin_at(k), bin);
         const Disc& disc = discs[all.items[k]];
         if (!(disc.y < 1e30) || !(disc.x < 1e30)) continue;
         ASSERT_NEAR((disc.x - bins.left()) * bins.per_length(), column + 0.5, 0.5 + 1e-9);
