@@ -1,7 +1,6 @@
 #include "core/model/cells.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <numeric>
 #include <tuple>

@@ -106,7 +106,8 @@ void DiscBins::sort(std::span<const Disc> discs, double range) {
 }
 
 /// Bins that follow each other are one part's: it alone puts discs there, those that the parts have
-/// dealt to it, one part's after another's.
+/// dealt to it, one part's after another's. (There may be many more bins than discs: that every
+/// part counts by all of them, as PartedCounts does, would take longer than all the rest.)
 void DiscBins::sort_in_parts(std::span<const Disc> discs, double range, double error,
                              unsigned parts) {
   const auto count = static_cast<std::uint32_t>(discs.size());

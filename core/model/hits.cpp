@@ -180,7 +180,8 @@ std::size_t HitFinder::list_near(std::span<const Segment> segments, std::uint32_
     place(four + 2, high, high_middles);
     const Four x = __builtin_shufflevector(low, high, 0, 2, 4, 6);
     const Four y = __builtin_shufflevector(low, high, 1, 3, 5, 7);
-    std::uint32_t some = ~bits_of(x + y <= most_square);
+    const FourMask is_short = x + y <= most_square;
+    std::uint32_t some = ~bits_of(is_short);
     const auto mark = [&](std::int32_t column, std::int32_t row) -> std::uint32_t {
       const auto c = static_cast<std::uint32_t>(column), r = static_cast<std::uint32_t>(row);
       return marks[r * stride + c / 64] >> (c % 64) & 1;

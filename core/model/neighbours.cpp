@@ -17,10 +17,11 @@ constexpr EightMask lanes{0, 1, 2, 3, 4, 5, 6, 7};
 
 /// A layer of a sorting network: of a lane and its partner, whose partner it is, the lower one gets
 /// the lower item.
-inline void exchange(EightItems& items, const EightItems& partner) {
-  const EightItems others = __builtin_shuffle(items, partner);
+template <int... Partners>
+inline void exchange(EightItems& items) {
+  const EightItems others = __builtin_shufflevector(items, items, Partners...);
   const EightItems low = others < items ? others : items, high = others < items ? items : others;
-  items = lanes < reinterpret_cast<const EightMask&>(partner) ? low : high;
+  items = lanes < EightMask{Partners...} ? low : high;
 }
 
 inline EightItems read_items(const std::uint32_t* items, std::size_t count) {
@@ -29,25 +30,25 @@ inline EightItems read_items(const std::uint32_t* items, std::size_t count) {
   return lanes < static_cast<std::int32_t>(count) ? all : ~EightItems{};
 }
 
-constexpr EightItems swap_fours{4, 5, 6, 7, 0, 1, 2, 3};
-constexpr EightItems swap_twos{2, 3, 0, 1, 6, 7, 4, 5};
-constexpr EightItems swap_ones{1, 0, 3, 2, 5, 4, 7, 6};
+constexpr auto swap_fours = exchange<4, 5, 6, 7, 0, 1, 2, 3>;
+constexpr auto swap_twos = exchange<2, 3, 0, 1, 6, 7, 4, 5>;
+constexpr auto swap_ones = exchange<1, 0, 3, 2, 5, 4, 7, 6>;
 
 /// 19 exchanges in six layers (D. E. Knuth, The Art of Computer Programming 3, 5.3.4).
 inline void sort_eight(EightItems& items) {
-  exchange(items, swap_twos);
-  exchange(items, swap_fours);
-  exchange(items, swap_ones);
-  exchange(items, EightItems{0, 1, 4, 5, 2, 3, 6, 7});
-  exchange(items, EightItems{0, 4, 2, 6, 1, 5, 3, 7});
-  exchange(items, EightItems{0, 2, 1, 4, 3, 6, 5, 7});
+  swap_twos(items);
+  swap_fours(items);
+  swap_ones(items);
+  exchange<0, 1, 4, 5, 2, 3, 6, 7>(items);
+  exchange<0, 4, 2, 6, 1, 5, 3, 7>(items);
+  exchange<0, 2, 1, 4, 3, 6, 5, 7>(items);
 }
 
 /// Sorts items that rise, then fall, or fall, then rise (K. E. Batcher's bitonic merge).
 inline void merge_eight(EightItems& items) {
-  exchange(items, swap_fours);
-  exchange(items, swap_twos);
-  exchange(items, swap_ones);
+  swap_fours(items);
+  swap_twos(items);
+  swap_ones(items);
 }
 
 /// Sorts up to eight items; reads and writes eight.
@@ -62,7 +63,7 @@ inline void sort_more(const std::uint32_t* items, std::size_t count, std::uint32
   EightItems low = read_items(items, 8), high = read_items(items + 8, count - 8);
   sort_eight(low);
   sort_eight(high);
-  const EightItems falling = __builtin_shuffle(high, EightItems{7, 6, 5, 4, 3, 2, 1, 0});
+  const EightItems falling = __builtin_shufflevector(high, high, 7, 6, 5, 4, 3, 2, 1, 0);
   high = falling < low ? low : falling;
   low = falling < low ? falling : low;
   merge_eight(low);

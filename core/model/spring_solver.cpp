@@ -10,6 +10,8 @@
 
 #include "somas/sdk/math.hpp"
 
+#include "core/model/compress.hpp"
+
 namespace somas::model {
 
 namespace {
@@ -38,14 +40,12 @@ alignas(32) constexpr auto pairs_first = [] {
 inline std::size_t put_pairs(std::uint32_t set, const std::uint32_t* first,
                              const std::uint32_t* second, std::uint32_t place, Touching::Pair* to) {
   FourItems firsts, seconds;
-  EightItems lanes;
   std::memcpy(&firsts, first, sizeof firsts);
   std::memcpy(&seconds, second, sizeof seconds);
-  std::memcpy(&lanes, pairs_first[set].data(), sizeof lanes);
   firsts += place;
   seconds += place;
-  const EightItems pairs =
-      __builtin_shuffle(__builtin_shufflevector(firsts, seconds, 0, 4, 1, 5, 2, 6, 3, 7), lanes);
+  EightItems pairs = __builtin_shufflevector(firsts, seconds, 0, 4, 1, 5, 2, 6, 3, 7);
+  permute(pairs_first[set], pairs);
   std::memcpy(to, &pairs, sizeof pairs);
   return static_cast<std::size_t>(std::popcount(set));
 }

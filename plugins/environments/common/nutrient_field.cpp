@@ -61,9 +61,9 @@ void NutrientField::declare(Declare& declare, const PatchParameters& parameters,
   for (std::size_t i = 0; i < capacity_.size(); ++i)
     capacity_[i] =
         region.contains(layout.centre_x(i), layout.centre_y(i)) ? parameters.capacity : 0;
-  const double least = *std::min_element(capacity_.begin(), capacity_.end());
-  everywhere_ = least == parameters.capacity ? parameters.capacity : 0;
-  if (std::all_of(capacity_.begin(), capacity_.end(), [](double c) { return c == 0; }))
+  const auto [least, most] = std::minmax_element(capacity_.begin(), capacity_.end());
+  everywhere_ = *least == *most ? *most : 0;
+  if (*most == 0)
     throw ParameterError(region.shape == Region::Shape::disc ? "radius" : "half_side",
                          "the region is too small: no patch has its centre inside");
 

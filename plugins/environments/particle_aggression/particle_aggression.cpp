@@ -50,7 +50,7 @@ constexpr std::size_t blocks_per_thread = 8;
 constexpr std::uint32_t many_cells = 20000;
 /// Particles that are worth a thread that launches them.
 constexpr std::uint32_t many_launched = 500;
-/// Particles that move to others' places and are worth a thread for each of two columns.
+/// So many move to others' places that their columns are worth threads.
 constexpr std::size_t many_fills = 2000;
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 constexpr std::string_view column_names[] = {"x", "y", "vx", "vy", "energy"};
@@ -412,13 +412,13 @@ std::uint32_t ParticleAggression::fill_gaps(World& world, const Particles& p, Ro
       drop_last(to + 1);
     }
 
-  // The energy is everybody's: that column may stay.
-  const std::array<double*, 4> columns{p.x.data(), p.y.data(), p.vx.data(), p.vy.data()};
+  const std::array<std::span<double>, 5> columns{p.x, p.y, p.vx, p.vy, p.energy};
   const auto fill_some = [&](std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t c = first; c < end; ++c)
       for (const auto [to, from] : round.fills) columns[c][to] = columns[c][from];
   };
-  share_work(world, columns.size(), round.fills.size() < many_fills ? 4 : 1, fill_some);
+  const std::uint32_t least = round.fills.size() < many_fills ? columns.size() : 1;
+  share_work(world, columns.size(), least, fill_some);
   return static_cast<std::uint32_t>(kept);
 }
 
